@@ -1,0 +1,54 @@
+// The seam between a policy and everything that uses one. No torch here.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "policy/flow_trace.h"
+
+namespace flowscope {
+
+struct PolicyInput {
+  Observation observation;
+  std::string instruction;
+  std::vector<RobotState> history;  ///< oldest first, last is now; at least one; the policy takes the last three
+  int keyframe_index = 0;           ///< how many keyframes lie behind
+};
+
+struct PredictOptions {
+  int flow_steps = 4;
+  std::uint64_t seed = 0;
+  std::optional<std::string> radius_kind;  ///< overrides the schedule's kind
+  /// Run on from an edited state: steps before it are copied from `from`.
+  struct Branch {
+    const FlowTrace* from = nullptr;
+    int step = 0;
+    std::optional<Eigen::Vector3d> position;        ///< metres, world
+    std::optional<Eigen::Quaterniond> rotation;
+    std::optional<double> radius_m;                 ///< held from this step on
+  };
+  std::optional<Branch> branch;
+};
+
+/// One thread at a time (the policy thread). Throws std::invalid_argument for an input that does not fit.
+class Policy {
+ public:
+  virtual ~Policy() = default;
+  /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the caller's to fill.
+  virtual FlowTrace predict(const PolicyInput& input, const PredictOptions& options) = 0;
+};
+
+/// A file that is not one of our checkpoints, or is cut or damaged; what() names file and place.
+class BadCheckpoint : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads a checkpoint for prediction only.
+std::unique_ptr<Policy> load_policy(const std::filesystem::path& file);
+
+}  // namespace flowscope

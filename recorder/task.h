@@ -1,0 +1,78 @@
+// Tasks as data: assets/tasks/<name>/scene.xml + task.yaml.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "recorder/script.h"
+#include "render/observation.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace flowscope {
+
+/// One success term as the page and a failed run show it.
+struct SuccessTerm {
+  std::string name;  ///< as in task.yaml
+  bool met = false;
+  std::string value;  ///< the measured quantity with its unit
+};
+
+/// Evaluated at every physics step; ordered terms latch. Made anew by every reset.
+class SuccessCheck {
+ public:
+  virtual ~SuccessCheck() = default;
+  /// Call once per physics step, after it. `grasped` names the bodies welded to the gripper.
+  virtual bool update(const mjModel_* model, const mjData_* data, const std::vector<std::string>& grasped) = 0;
+  virtual std::vector<SuccessTerm> terms() const = 0;
+};
+
+/// What one placement chose: everything that follows from (task, variation, seed).
+struct Episode {
+  std::string task;
+  int variation = 0;
+  std::uint64_t seed = 0;
+  std::vector<std::string> instructions;  ///< all phrasings; the first is THE instruction
+  Script demonstration;                   ///< the task's own script for this variation
+};
+
+/// A task folder, read and checked. Immutable; share between threads.
+class Task {
+ public:
+  virtual ~Task() = default;
+  virtual const std::string& name() const = 0;
+  virtual int variations() const = 0;
+  virtual std::vector<std::string> instructions(int variation) const = 0;
+  virtual Box bounds() const = 0;      ///< keyframe box, metres, world
+  virtual int max_steps() const = 0;   ///< policy keyframes allowed per evaluation episode
+  /// Compiled scene (robot + table + cameras + objects). The task owns it.
+  virtual const mjModel_* model() const = 0;
+  /// Places and colours everything in model/data for this variation and seed and settles nothing (the world does).
+  /// `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
+  virtual Episode reset(mjModel_* model, mjData_* data, int variation, std::uint64_t seed) const = 0;
+  virtual std::unique_ptr<SuccessCheck> success(const mjModel_* model, const mjData_* data, const Episode& episode) const = 0;
+};
+
+/// All task folders found. Scenes compile on first use.
+class TaskLibrary {
+ public:
+  /// `assets` holds robots/, scenes/, tasks/. `extra` adds folders of tasks (--tasks DIR).
+  explicit TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra = {});
+  std::vector<std::string> names() const;
+  /// Throws std::invalid_argument naming the known ones, or BadScript/std::runtime_error naming file and line.
+  std::shared_ptr<const Task> get(const std::string& name) const;
+
+ private:
+  std::map<std::string, std::filesystem::path> folders_;
+  mutable std::map<std::string, std::shared_ptr<const Task>> loaded_;
+};
+
+/// Where assets/ lies: $FLOWSCOPE_ASSETS, else beside the program's source tree or installation.
+std::filesystem::path find_assets();
+
+}  // namespace flowscope

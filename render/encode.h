@@ -1,0 +1,41 @@
+// Pictures out: JPEG (TurboJPEG), PNG and MP4 (H.264, yuv420p, index at the front). No decoding of foreign bytes anywhere.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "render/image.h"
+
+namespace flowscope {
+
+/// Reuses its compressor and buffer; one per thread.
+class JpegEncoder {
+ public:
+  JpegEncoder();
+  ~JpegEncoder();
+  std::vector<std::uint8_t> encode(const ImageRgb& image, int quality = 80);
+
+ private:
+  void* handle_;
+};
+
+std::vector<std::uint8_t> encode_png(const ImageRgb& image);
+/// Written beside the target under a temporary name, synced, renamed. Throws std::runtime_error naming the path.
+void write_png(const std::filesystem::path& path, const ImageRgb& image);
+
+/// Frames of one size, in order. `finish()` makes the file appear under its name; without it nothing remains.
+class Mp4Writer {
+ public:
+  Mp4Writer(const std::filesystem::path& path, int width, int height, double fps);
+  ~Mp4Writer();
+  void add(const ImageRgb& frame);
+  void finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace flowscope
