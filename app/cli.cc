@@ -1,0 +1,92 @@
+#include "app/cli.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "app/commands.h"
+#include "recorder/demo_store.h"
+#include "recorder/script.h"
+
+namespace flowscope::app {
+namespace {
+
+/// --flow-steps is also FLOWSCOPE_FLOW_STEPS: one rule for every option of every command.
+void name_environment_twins(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_lnames().empty() || option == command.get_help_ptr()) continue;
+    std::string name = "FLOWSCOPE_" + option->get_lnames().front();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return c == '-' ? '_' : static_cast<char>(std::toupper(c)); });
+    option->envname(name);
+  }
+  for (CLI::App* sub : command.get_subcommands(nullptr)) name_environment_twins(*sub);
+}
+
+int fail(int code, const std::string& message, bool json) {
+  std::cerr << "flowscope: " << message << "\n";
+  if (json) {
+    print_json({{"error", {{"code", code == 2 ? "bad_call" : "failed"}, {"message", message}}}});
+  }
+  return code;
+}
+
+int run_body(const Context& context) {
+  try {
+    return context.body();
+  } catch (const UsageError& error) {
+    return fail(2, error.what(), context.json);
+  } catch (const BadScript& error) {
+    return fail(2, error.what(), context.json);
+  } catch (const BadDemo& error) {
+    return fail(2, error.what(), context.json);
+  } catch (const std::exception& error) {
+    return fail(1, error.what(), context.json);
+  }
+}
+
+}  // namespace
+
+CLI::Option* add_json_option(CLI::App& command, Context& context) {
+  return command.add_flag("--json", context.json, "Print exactly one JSON document on stdout");
+}
+
+CLI::Option* add_data_option(CLI::App& command, Context& context) {
+  return command.add_option("--data", context.data, "Folder of demonstrations, policies, traces and exports")
+      ->type_name("DIR")
+      ->capture_default_str();
+}
+
+void set_body(CLI::App& command, Context& context, std::function<int()> body) {
+  command.callback([&context, body = std::move(body)] { context.body = body; });
+}
+
+void print_json(const nlohmann::ordered_json& document) {
+  std::cout << document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+}
+
+int run_cli(int argc, const char* const* argv) {
+  std::signal(SIGPIPE,
+              SIG_IGN);  // a reader that goes away is an error of a write, not the end of the program
+  Context context;
+  CLI::App root("flowscope: a headless debugger for flow-matching manipulation policies", "flowscope");
+  root.require_subcommand(1);
+  root.set_version_flag("--version", "flowscope 0.1.0");
+  add_tasks_command(root, context);
+  name_environment_twins(root);
+  try {
+    root.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return root.exit(error);  // --help, --version
+    const bool json = std::any_of(argv, argv + argc, [](std::string_view a) { return a == "--json"; });
+    return fail(2, std::string(error.what()) + " (see flowscope --help)", json);
+  }
+  return run_body(context);
+}
+
+}  // namespace flowscope::app

@@ -1,0 +1,14 @@
+// One registration function per command; each lives in command_<name>.cc and knows only its own options.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace flowscope::app {
+
+struct Context;
+
+void add_tasks_command(CLI::App& root, Context& context);
+
+}  // namespace flowscope::app
