@@ -1,0 +1,179 @@
+#include "app/policy_loop.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "app/training_set.h"
+
+namespace flowscope {
+
+using web::ApiError;
+using web::PolicyStatus;
+using web::TrainReport;
+using web::TrainRequest;
+
+namespace {
+constexpr double save_every_minutes = 1.0, validate_every_minutes = 0.5;
+
+/// Keeps a curve short enough to send: every other point goes when it is full.
+template <class T>
+void append_thinned(std::vector<T>& curve, T point) {
+  constexpr std::size_t most = 1000;
+  if (curve.size() >= most) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < curve.size(); i += 2) curve[kept++] = curve[i];
+    curve.resize(kept);
+  }
+  curve.push_back(std::move(point));
+}
+}  // namespace
+
+PolicyLoop::PolicyLoop(const DemoStore& store, std::filesystem::path file,
+                       std::function<void(const TrainReport&)> on_report)
+    : store_(store), file_(std::move(file)), on_report_(std::move(on_report)) {
+  report_.publish(TrainReport{});
+  status_.publish(PolicyStatus{});
+  thread_ = std::jthread([this] {
+    Room room;
+    auto idle = [&] { return std::chrono::milliseconds(room.training ? 0 : 1000); };
+    while (queue_.run_next(room, idle())) {
+      if (room.training) train_step(room);
+    }
+    if (room.training) finish(room, "");
+  });
+}
+
+PolicyLoop::~PolicyLoop() { queue_.close(); }
+
+std::future<void> PolicyLoop::load(std::filesystem::path file) {
+  return queue_.post([this, file = std::move(file)](Room& room) {
+    room.loaded = load_policy(file);
+    room.file = file;
+    publish(room);
+  });
+}
+
+void PolicyLoop::add_demo(Room& room, const std::string& id) {
+  try {
+    const Demo demo = store_.load_keyframes(id);
+    if (!room.tasks.empty() && std::ranges::find(room.tasks, demo.info.task) == room.tasks.end()) return;
+    room.trainer->add(demo, held_out(id));
+  } catch (const std::exception& error) {
+    spdlog::warn("demonstration {} is left out of training: {}", id, error.what());
+  }
+}
+
+std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
+  return queue_.post([this, request = std::move(request)](Room& room) {
+    if (room.training) throw ApiError(409, "already_training", "training is running; stop it first");
+    const auto demos = store_.list();
+    const bool any = std::ranges::any_of(demos, [&](const DemoInfo& d) {
+      return request.tasks.empty() || std::ranges::find(request.tasks, d.task) != request.tasks.end();
+    });
+    if (!any) throw ApiError(409, "no_demonstrations", "there is nothing to learn from yet: record demonstrations first");
+    TrainOptions options = request.options;
+    if (request.minutes) options.expected_minutes = *request.minutes;
+    try {
+      room.trainer = Trainer::create(options);
+    } catch (const std::invalid_argument& error) {
+      throw ApiError(400, "bad_option", error.what());
+    }
+    room.options = options;
+    room.tasks = request.tasks;
+    room.until_step = request.steps.value_or(0);
+    room.until_minutes = request.minutes.value_or(0);
+    room.saved_minutes = room.validated_minutes = 0;
+    room.report = {};
+    for (const auto& demo : demos) add_demo(room, demo.id);
+    room.training = true;
+    room.report.running = true;
+    room.report.status = room.trainer->status();
+    publish(room);
+    return room.report;
+  });
+}
+
+std::future<TrainReport> PolicyLoop::stop() {
+  return queue_.post([this](Room& room) {
+    if (room.training) finish(room, "");
+    return room.report;
+  });
+}
+
+void PolicyLoop::train_step(Room& room) {
+  try {
+    const TrainStatus now = room.trainer->step();
+    room.report.status = now;
+    append_thinned(room.report.loss_history, {now.step, now.loss});
+    if (now.minutes - room.validated_minutes >= validate_every_minutes) {
+      room.validated_minutes = now.minutes;
+      room.report.status.validation = room.trainer->validate();
+      const Validation& v = room.report.status.validation;
+      if (v.keyframes > 0) append_thinned(room.report.validation_history, {now.step, v.position_mm, v.rotation_deg});
+    }
+    if (now.minutes - room.saved_minutes >= save_every_minutes) {
+      room.saved_minutes = now.minutes;
+      room.trainer->save(file_);
+    }
+    const bool done = (room.until_step > 0 && now.step >= room.until_step) ||
+                      (room.until_minutes > 0 && now.minutes >= room.until_minutes);
+    if (done) finish(room, "");
+  } catch (const std::exception& error) {
+    spdlog::error("training stopped: {}", error.what());
+    finish(room, error.what());
+  }
+  publish(room);
+}
+
+void PolicyLoop::finish(Room& room, const std::string& error) {
+  room.training = false;
+  room.report.running = false;
+  room.report.error = error;
+  try {
+    if (error.empty() && room.trainer->status().step > 0) room.trainer->save(file_);
+  } catch (const std::exception& failure) {
+    room.report.error = failure.what();
+    spdlog::error("saving the policy: {}", failure.what());
+  }
+  publish(room);
+}
+
+void PolicyLoop::publish(Room& room) {
+  report_.publish(room.report);
+  PolicyStatus status;
+  status.loaded = room.trainer || room.loaded;
+  status.file = (room.trainer ? file_ : room.file).string();
+  status.generation = room.trainer ? static_cast<std::uint64_t>(room.trainer->status().step) : 0;
+  status_.publish(status);
+  on_report_(room.report);
+}
+
+void PolicyLoop::demo_saved(const std::string& id) {
+  queue_.post([this, id](Room& room) {
+    if (room.trainer) add_demo(room, id);
+  });
+}
+
+void PolicyLoop::demo_removed(const std::string& id) {
+  queue_.post([id](Room& room) {
+    if (room.trainer) room.trainer->remove(id);
+  });
+}
+
+TrainReport PolicyLoop::report() const { return *report_.get(); }
+PolicyStatus PolicyLoop::status() const { return *status_.get(); }
+
+std::future<FlowTrace> PolicyLoop::predict(PolicyInput input, PredictOptions options) {
+  return queue_.post([this, input = std::move(input), options = std::move(options)](Room& room) {
+    if (room.trainer && room.trainer->status().step > 0) {
+      FlowTrace trace = room.trainer->predict(input, options);
+      trace.policy_file = file_.string();
+      return trace;
+    }
+    if (!room.loaded) throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
+    return room.loaded->predict(input, options);
+  });
+}
+
+}  // namespace flowscope

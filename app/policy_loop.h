@@ -1,0 +1,70 @@
+// The thread that owns every torch object: one optimiser step, then the waiting jobs, then the next step.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/job_queue.h"
+#include "app/latest.h"
+#include "policy/policy.h"
+#include "policy/trainer.h"
+#include "recorder/demo_store.h"
+#include "web/backend.h"
+
+namespace flowscope {
+
+/// Trains in the background, predicts in between. Public methods: any thread.
+class PolicyLoop {
+ public:
+  /// Weights trained here are kept in `file` (data/policies/live.flow). `on_report` hears of progress a few times a second.
+  PolicyLoop(const DemoStore& store, std::filesystem::path file, std::function<void(const web::TrainReport&)> on_report);
+  ~PolicyLoop();
+
+  /// Loads a checkpoint to predict with. Throws BadCheckpoint through the future; what was loaded before stays.
+  std::future<void> load(std::filesystem::path file);
+  /// Starts afresh, or goes on with `file` when it was trained with the same options. Throws web::ApiError when there is
+  /// nothing to learn from.
+  std::future<web::TrainReport> start(web::TrainRequest request);
+  std::future<web::TrainReport> stop();
+  web::TrainReport report() const;
+
+  /// A demonstration was saved or removed: the next batch knows it.
+  void demo_saved(const std::string& id);
+  void demo_removed(const std::string& id);
+
+  /// Throws web::ApiError 409 when there is no policy yet.
+  std::future<FlowTrace> predict(PolicyInput input, PredictOptions options);
+  web::PolicyStatus status() const;
+
+ private:
+  struct Room {
+    std::unique_ptr<Policy> loaded;
+    std::unique_ptr<Trainer> trainer;
+    TrainOptions options;
+    std::filesystem::path file;
+    bool training = false;
+    std::vector<std::string> tasks;
+    std::int64_t until_step = 0;   ///< 0: no limit
+    double until_minutes = 0;
+    double saved_minutes = 0, validated_minutes = 0;
+    web::TrainReport report;
+  };
+  void train_step(Room& room);
+  void add_demo(Room& room, const std::string& id);
+  void finish(Room& room, const std::string& error);
+  void publish(Room& room);
+
+  const DemoStore& store_;
+  const std::filesystem::path file_;
+  std::function<void(const web::TrainReport&)> on_report_;
+  Latest<web::TrainReport> report_;
+  Latest<web::PolicyStatus> status_;
+  JobQueue<Room> queue_;
+  std::jthread thread_;
+};
+
+}  // namespace flowscope

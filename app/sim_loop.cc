@@ -1,0 +1,127 @@
+#include "app/sim_loop.h"
+
+#include <chrono>
+
+#include "recorder/keyframes.h"
+
+namespace flowscope {
+
+MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed, const FrameSink& sink,
+                              std::stop_token stop) {
+  MoveRequest request;
+  request.world_from_tool = action.world_from_tool;
+  request.seed = seed;
+  MotionResult result;
+  // The benchmark's order of attempts: a free line, RRTConnect, then the same without collision checks.
+  for (const auto& [linear, ignore] : {std::pair{true, false}, {false, false}, {true, true}, {false, true}}) {
+    request.linear = linear;
+    request.ignore_collisions = ignore;
+    result = move_to(world, request, sink, stop);
+    if (result || result.failure == MotionFailure::cancelled || result.failure == MotionFailure::simulation) break;
+    if (result.failure == MotionFailure::not_reached) break;  // it moved: another attempt would start elsewhere
+  }
+  const bool arrived = result || result.failure == MotionFailure::not_reached;
+  if (arrived && !world.success()) {
+    const MotionResult gripper = move_gripper(world, action.openness, sink, stop);
+    if (!gripper) return gripper;
+  }
+  return result;
+}
+
+SimLoop::SimLoop(const TaskLibrary& tasks) : tasks_(tasks) {
+  thread_ = std::jthread([this] {
+    Room room;
+    while (queue_.run_next(room, std::chrono::milliseconds(1000))) {
+    }
+  });
+}
+
+SimLoop::~SimLoop() {
+  queue_.close();
+  snapshot_.close();
+}
+
+World& SimLoop::world(Room& room) {
+  if (!room.world) throw std::logic_error("no task is open: reset first");
+  return *room.world;
+}
+
+void SimLoop::publish(Room& room) {
+  SimSnapshot snapshot;
+  const World& w = world(room);
+  snapshot.state = w.state();
+  snapshot.task = w.task().name();
+  snapshot.instructions = w.episode().instructions;
+  snapshot.instruction = snapshot.instructions.empty() ? "" : snapshot.instructions.front();
+  snapshot.variation = w.episode().variation;
+  snapshot.seed = w.episode().seed;
+  snapshot.episode = room.episode;
+  snapshot.terms = w.terms();
+  snapshot.success = w.success();
+  snapshot.keyframe_history = room.history;
+  snapshot_.publish(std::move(snapshot));
+  if (listener_) listener_();
+}
+
+void SimLoop::see(Room& room, const Frame& frame) {
+  using Clock = std::chrono::steady_clock;
+  publish(room);
+  room.run.push_back(frame);
+  room.run.back().state = {};
+  if (const double pace = pace_; pace > 0) {
+    thread_local Clock::time_point due{};
+    const auto now = Clock::now();
+    due = std::max(due + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.05 / pace)),
+                   now - std::chrono::milliseconds(20));
+    if (due > now) std::this_thread::sleep_until(due);
+  }
+}
+
+std::future<void> SimLoop::reset(std::string task, int variation, std::uint64_t seed) {
+  return queue_.post([this, task = std::move(task), variation, seed](Room& room) {
+    auto wanted = tasks_.get(task);
+    if (!room.world || &room.world->task() != wanted.get()) {
+      auto fresh = std::make_unique<World>(wanted);
+      fresh->reset(variation, seed);  // only a world that could be reset replaces the old one
+      room.world = std::move(fresh);
+    } else {
+      room.world->reset(variation, seed);
+    }
+    ++room.episode;
+    room.history = {room.world->robot()};
+    room.run.clear();
+    publish(room);
+  });
+}
+
+std::future<RunReport> SimLoop::run_script(Script script, Observe observe, std::stop_token stop) {
+  return queue_.post([this, script = std::move(script), observe = std::move(observe), stop](Room& room) {
+    room.run.clear();
+    RunReport report = flowscope::run_script(
+        world(room), script, observe, [&](const Frame& frame) { see(room, frame); }, stop);
+    for (int k : find_keyframes(room.run)) {
+      const Frame& frame = room.run[k];
+      room.history.push_back({frame.world_from_tool, frame.openness, frame.q});
+    }
+    publish(room);
+    return report;
+  });
+}
+
+std::future<MotionResult> SimLoop::execute(GripperAction action, std::uint64_t seed, std::stop_token stop) {
+  return queue_.post([this, action, seed, stop](Room& room) {
+    World& w = world(room);
+    MotionResult result = execute_keyframe(
+        w, action, seed,
+        [&](const Frame& frame) {
+          see(room, frame);
+          return !w.success() && !stop.stop_requested();
+        },
+        stop);
+    room.history.push_back(w.robot());
+    publish(room);
+    return result;
+  });
+}
+
+}  // namespace flowscope
