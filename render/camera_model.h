@@ -11,9 +11,9 @@ namespace flowscope {
 /// Camera axes as in OpenCV: x right, y down, z forward. Pixel centres at integer + 0.5.
 struct CameraModel {
   std::string name;
-  int width = 0, height = 0;       ///< pixels
-  double fx = 0, fy = 0;           ///< focal lengths, pixels, positive
-  double cx = 0, cy = 0;           ///< principal point, pixels
+  int width = 0, height = 0;         ///< pixels
+  double fx = 0, fy = 0;             ///< focal lengths, pixels, positive
+  double cx = 0, cy = 0;             ///< principal point, pixels
   double near_m = 0.01, far_m = 10;  ///< clip distances along z, metres
   Pose world_from_camera;
 

@@ -1,4 +1,5 @@
-// Pictures out: JPEG (TurboJPEG), PNG and MP4 (H.264, yuv420p, index at the front). No decoding of foreign bytes anywhere.
+// Pictures out: JPEG (TurboJPEG), PNG and MP4 (H.264, yuv420p, index at the front). No decoding of foreign
+// bytes anywhere.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,8 @@ class JpegEncoder {
 };
 
 std::vector<std::uint8_t> encode_png(const ImageRgb& image);
-/// Written beside the target under a temporary name, synced, renamed. Throws std::runtime_error naming the path.
+/// Written beside the target under a temporary name, synced, renamed. Throws std::runtime_error naming the
+/// path.
 void write_png(const std::filesystem::path& path, const ImageRgb& image);
 
 /// Frames of one size, in order. `finish()` makes the file appear under its name; without it nothing remains.

@@ -1,4 +1,5 @@
-// Things drawn over a view, as plain data in world metres. Knows no policy type: web/app translate a trace into this.
+// Things drawn over a view, as plain data in world metres. Knows no policy type: web/app translate a trace
+// into this.
 #pragma once
 
 #include <array>
@@ -11,23 +12,48 @@ namespace flowscope {
 
 using Rgba = std::array<float, 4>;  ///< each in [0, 1]
 
-/// Colours carry meaning and mean the same in the picture, the curves and the numbers (web/ui/src/colors.ts holds the twin).
+/// Colours carry meaning and mean the same in the picture, the curves and the numbers (web/ui/src/colors.ts
+/// holds the twin).
 namespace palette {
-inline constexpr Rgba noise{0.55f, 0.36f, 0.96f, 1};       // violet: t = 0
-inline constexpr Rgba action{0.98f, 0.75f, 0.14f, 1};      // amber: t = 1
-inline constexpr Rgba region{0.13f, 0.83f, 0.93f, 0.22f};  // cyan: perception sphere
-inline constexpr Rgba inside{0.13f, 0.83f, 0.93f, 1};      // cyan: points inside it
-inline constexpr Rgba expert{0.29f, 0.87f, 0.50f, 1};      // green
+inline constexpr Rgba noise{0.55f, 0.36f, 0.96f, 1};          // violet: t = 0
+inline constexpr Rgba action{0.98f, 0.75f, 0.14f, 1};         // amber: t = 1
+inline constexpr Rgba region{0.13f, 0.83f, 0.93f, 0.22f};     // cyan: perception sphere
+inline constexpr Rgba inside{0.13f, 0.83f, 0.93f, 1};         // cyan: points inside it
+inline constexpr Rgba expert{0.29f, 0.87f, 0.50f, 1};         // green
 inline constexpr Rgba prediction{0.98f, 0.75f, 0.14f, 0.7f};  // amber
-inline constexpr Rgba failure{0.97f, 0.44f, 0.44f, 1};     // red
+inline constexpr Rgba failure{0.97f, 0.44f, 0.44f, 1};        // red
 }  // namespace palette
 
-struct OverlaySphere { Eigen::Vector3d center{0, 0, 0}; double radius_m = 0; Rgba color{}; };
-struct OverlayLine { std::vector<Eigen::Vector3d> points; double width_m = 0.004; Rgba color{}; Rgba color_end{}; };  ///< colour blends from first to last point
-struct OverlayPoints { std::vector<Eigen::Vector3d> points; double size_m = 0.006; Rgba color{}; };
-struct OverlayFrame { Pose world_from_frame; double length_m = 0.08; float alpha = 1; };
-struct OverlayGhost { Pose world_from_tool; double openness = 1; Rgba color{}; };  ///< a see-through gripper
-struct OverlayLabel { Eigen::Vector3d position{0, 0, 0}; std::string text; };
+struct OverlaySphere {
+  Eigen::Vector3d center{0, 0, 0};
+  double radius_m = 0;
+  Rgba color{};
+};
+struct OverlayLine {
+  std::vector<Eigen::Vector3d> points;
+  double width_m = 0.004;
+  Rgba color{};
+  Rgba color_end{};
+};  ///< colour blends from first to last point
+struct OverlayPoints {
+  std::vector<Eigen::Vector3d> points;
+  double size_m = 0.006;
+  Rgba color{};
+};
+struct OverlayFrame {
+  Pose world_from_frame;
+  double length_m = 0.08;
+  float alpha = 1;
+};
+struct OverlayGhost {
+  Pose world_from_tool;
+  double openness = 1;
+  Rgba color{};
+};  ///< a see-through gripper
+struct OverlayLabel {
+  Eigen::Vector3d position{0, 0, 0};
+  std::string text;
+};
 
 struct Overlay {
   std::vector<OverlaySphere> spheres;

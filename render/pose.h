@@ -6,8 +6,8 @@
 namespace flowscope {
 
 /// Pose of frame B seen from frame A, named `a_from_b` by its owner: p_A = rotation * p_B + position.
-/// Position in metres; rotation is a unit quaternion. Written w,x,y,z everywhere (Eigen keeps x,y,z,w in memory:
-/// use `wxyz()` / `from_wxyz()` at every door, never `coeffs()`).
+/// Position in metres; rotation is a unit quaternion. Written w,x,y,z everywhere (Eigen keeps x,y,z,w in
+/// memory: use `wxyz()` / `from_wxyz()` at every door, never `coeffs()`).
 struct Pose {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -33,6 +33,8 @@ struct Pose {
 
 inline double position_error_m(const Pose& a, const Pose& b) { return (a.position - b.position).norm(); }
 /// Angle of the rotation between both, in radians, in [0, pi].
-inline double rotation_error_rad(const Pose& a, const Pose& b) { return a.rotation.angularDistance(b.rotation); }
+inline double rotation_error_rad(const Pose& a, const Pose& b) {
+  return a.rotation.angularDistance(b.rotation);
+}
 
 }  // namespace flowscope

@@ -26,9 +26,9 @@ struct EglInfo {
 /// Opens and closes a context on a thread of its own.
 EglInfo probe_egl();
 
-/// Owns an EGL context, MuJoCo's GL context and its own mjData. Create, use and destroy on ONE thread (asserted).
-/// The model is copied, so the caller may go on changing its own; a SceneState of another scene or size throws
-/// std::invalid_argument.
+/// Owns an EGL context, MuJoCo's GL context and its own mjData. Create, use and destroy on ONE thread
+/// (asserted). The model is copied, so the caller may go on changing its own; a SceneState of another scene
+/// or size throws std::invalid_argument.
 class Renderer {
  public:
   Renderer(const mjModel_* model, const std::string& scene, const RendererOptions& options = {});
@@ -40,7 +40,8 @@ class Renderer {
   ImageRgb draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay = {});
   /// RGB and metric depth without overlays: what a policy sees.
   View observe(const SceneState& state, const CameraModel& camera);
-  /// A camera of the scene file by name, at the pose it has in `state` (a wrist camera moves), at a given size.
+  /// A camera of the scene file by name, at the pose it has in `state` (a wrist camera moves), at a given
+  /// size.
   CameraModel camera(const SceneState& state, const std::string& name, int width, int height);
   /// The named cameras at size x size: one Observation.
   Observation observe_all(const SceneState& state, const std::vector<std::string>& cameras, int size);
