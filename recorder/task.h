@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,7 @@ struct Episode {
   std::uint64_t seed = 0;
   std::vector<std::string> instructions;  ///< all phrasings; the first is THE instruction
   Script demonstration;                   ///< the task's own script for this variation
+  std::string demonstration_text;         ///< the same as YAML with every placeholder filled: what the page's editor shows
 };
 
 /// A task folder, read and checked. Immutable; share between threads.
@@ -58,7 +60,7 @@ class Task {
   virtual std::unique_ptr<SuccessCheck> success(const mjModel_* model, const mjData_* data, const Episode& episode) const = 0;
 };
 
-/// All task folders found. Scenes compile on first use.
+/// All task folders found. Scenes compile on first use. Any thread (get() locks).
 class TaskLibrary {
  public:
   /// `assets` holds robots/, scenes/, tasks/. `extra` adds folders of tasks (--tasks DIR).
@@ -69,6 +71,7 @@ class TaskLibrary {
 
  private:
   std::map<std::string, std::filesystem::path> folders_;
+  mutable std::mutex mutex_;
   mutable std::map<std::string, std::shared_ptr<const Task>> loaded_;
 };
 
