@@ -1,17 +1,18 @@
 #include "render/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <utility>
 
 #include "render/egl_context.h"
+#include "render/overlay_draw.h"
+#include "render/overlay_paint.h"
 #include "render/posed_scene.h"
 
 namespace flowscope {
 
 namespace {
-
-constexpr int overlay_geoms = 4000;
 
 mjvOption scene_options() {
   mjvOption option;
@@ -97,6 +98,18 @@ void set_quality(mjModel* model, const RendererOptions& options) {
   model->vis.quality.shadowsize = options.shadows ? 1024 : 0;
 }
 
+/// Where a surface of `view` hides what `alone` shows, lets it shine through.
+void show_hidden(const View& alone, View& view) {
+  for (std::size_t i = 0; i < view.depth.data.size(); ++i) {
+    const float surface = view.depth.data[i], behind = alone.depth.data[i];
+    if (behind <= 0 || surface <= 0 || surface > behind - depth_tolerance_m) continue;
+    for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      view.rgb.data[c] = static_cast<std::uint8_t>(
+          std::lround((1 - hidden_opacity) * view.rgb.data[c] + hidden_opacity * alone.rgb.data[c]));
+    }
+  }
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -120,7 +133,7 @@ struct Renderer::Impl {
     set_quality(posed.model(), options);
     return posed;
   }
-  static int geom_limit(const mjModel& model) { return 2 * model.ngeom + 100 + overlay_geoms; }
+  static int geom_limit(const mjModel& model) { return 2 * model.ngeom + 100 + overlay_geom_limit; }
 
   /// Scene and camera of the next picture; nothing is drawn yet.
   void arrange(const SceneState& state, const CameraModel& camera) {
@@ -149,6 +162,20 @@ struct Renderer::Impl {
     return view;
   }
 
+  /// The `count` geoms from `first` on without anything else, opaque. The arranged scene is used up.
+  View read_alone(int first, int count, const CameraModel& camera) {
+    mjvScene& scene = visual.scene;
+    std::rotate(scene.geoms, scene.geoms + first, scene.geoms + first + count);
+    scene.ngeom = count;
+    scene.nskin = 0;
+    for (int i = 0; i < count; ++i) scene.geoms[i].rgba[3] = 1;
+    const std::array flags = std::to_array(scene.flags);
+    scene.flags[mjRND_SHADOW] = scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = 0;
+    View view = read(camera);
+    std::copy(flags.begin(), flags.end(), scene.flags);
+    return view;
+  }
+
   RendererOptions options;
   EglContext egl;
   PosedScene posed;
@@ -164,9 +191,17 @@ Renderer::~Renderer() {
   if (impl_->egl.on_owner_thread()) impl_->egl.make_current();
 }
 
-ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, const Overlay&) {
+ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay) {
   impl_->arrange(state, camera);
-  return impl_->read(camera).rgb;
+  const int first_solid = impl_->visual.scene.ngeom;
+  append_solids(overlay, impl_->visual.scene);
+  const int solids = impl_->visual.scene.ngeom - first_solid;
+  append_spheres(overlay, impl_->visual.scene);
+  View view = impl_->read(camera);
+  if (solids > 0) show_hidden(impl_->read_alone(first_solid, solids, camera), view);
+  paint_points(overlay, view);
+  paint_labels(overlay, view);
+  return std::move(view.rgb);
 }
 
 View Renderer::observe(const SceneState& state, const CameraModel& camera) {
