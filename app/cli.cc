@@ -78,6 +78,11 @@ int run_cli(int argc, const char* const* argv) {
   root.require_subcommand(1);
   root.set_version_flag("--version", "flowscope 0.1.0");
   add_tasks_command(root, context);
+  add_train_command(root, context);
+  add_predict_command(root, context);
+  add_eval_command(root, context);
+  add_export_command(root, context);
+  add_serve_command(root, context);
   name_environment_twins(root);
   try {
     root.parse(argc, argv);

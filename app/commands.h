@@ -8,7 +8,11 @@ class App;
 namespace flowscope::app {
 
 struct Context;
-
 void add_tasks_command(CLI::App& root, Context& context);
+void add_train_command(CLI::App& root, Context& context);
+void add_predict_command(CLI::App& root, Context& context);
+void add_eval_command(CLI::App& root, Context& context);
+void add_export_command(CLI::App& root, Context& context);
+void add_serve_command(CLI::App& root, Context& context);
 
 }  // namespace flowscope::app

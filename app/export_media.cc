@@ -21,15 +21,16 @@ void stop_if_asked(const std::stop_token& stop) {
 }
 }  // namespace
 
-void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view, const Overlay& overlay,
-                const std::filesystem::path& file) {
+void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
+                const Overlay& overlay, const std::filesystem::path& file) {
   Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
-  write_png(file, renderer.draw(state, view_camera(renderer, state, view), view.overlays ? overlay : Overlay{}));
+  write_png(file,
+            renderer.draw(state, view_camera(renderer, state, view), view.overlays ? overlay : Overlay{}));
 }
 
 void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
-                      const web::ViewSettings& view, const std::filesystem::path& file, const Progress& progress,
-                      std::stop_token stop) {
+                      const web::ViewSettings& view, const std::filesystem::path& file,
+                      const Progress& progress, std::stop_token stop) {
   Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
   constexpr double fps = 30;
   Mp4Writer film(file, view.width, view.height, fps);

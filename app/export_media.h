@@ -19,12 +19,12 @@ namespace flowscope {
 using Progress = std::function<void(double)>;
 
 /// One picture of `state` with `overlay`.
-void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view, const Overlay& overlay,
-                const std::filesystem::path& file);
+void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
+                const Overlay& overlay, const std::filesystem::path& file);
 /// The flow, step by step, each held for half a second and the last for a second and a half; 30 frames/s.
 void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
-                      const web::ViewSettings& view, const std::filesystem::path& file, const Progress& progress,
-                      std::stop_token stop);
+                      const web::ViewSettings& view, const std::filesystem::path& file,
+                      const Progress& progress, std::stop_token stop);
 /// A demonstration re-drawn from its stored states at 20 frames/s.
 void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::ViewSettings& view,
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop);

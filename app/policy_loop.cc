@@ -71,7 +71,9 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
     const bool any = std::ranges::any_of(demos, [&](const DemoInfo& d) {
       return request.tasks.empty() || std::ranges::find(request.tasks, d.task) != request.tasks.end();
     });
-    if (!any) throw ApiError(409, "no_demonstrations", "there is nothing to learn from yet: record demonstrations first");
+    if (!any)
+      throw ApiError(409, "no_demonstrations",
+                     "there is nothing to learn from yet: record demonstrations first");
     TrainOptions options = request.options;
     if (request.minutes) options.expected_minutes = *request.minutes;
     try {
@@ -110,7 +112,8 @@ void PolicyLoop::train_step(Room& room) {
       room.validated_minutes = now.minutes;
       room.report.status.validation = room.trainer->validate();
       const Validation& v = room.report.status.validation;
-      if (v.keyframes > 0) append_thinned(room.report.validation_history, {now.step, v.position_mm, v.rotation_deg});
+      if (v.keyframes > 0)
+        append_thinned(room.report.validation_history, {now.step, v.position_mm, v.rotation_deg});
     }
     if (now.minutes - room.saved_minutes >= save_every_minutes) {
       room.saved_minutes = now.minutes;
@@ -171,7 +174,8 @@ std::future<FlowTrace> PolicyLoop::predict(PolicyInput input, PredictOptions opt
       trace.policy_file = file_.string();
       return trace;
     }
-    if (!room.loaded) throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
+    if (!room.loaded)
+      throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
     return room.loaded->predict(input, options);
   });
 }

@@ -20,14 +20,17 @@ namespace flowscope {
 /// Trains in the background, predicts in between. Public methods: any thread.
 class PolicyLoop {
  public:
-  /// Weights trained here are kept in `file` (data/policies/live.flow). `on_report` hears of progress a few times a second.
-  PolicyLoop(const DemoStore& store, std::filesystem::path file, std::function<void(const web::TrainReport&)> on_report);
+  /// Weights trained here are kept in `file` (data/policies/live.flow). `on_report` hears of progress a few
+  /// times a second.
+  PolicyLoop(const DemoStore& store, std::filesystem::path file,
+             std::function<void(const web::TrainReport&)> on_report);
   ~PolicyLoop();
 
-  /// Loads a checkpoint to predict with. Throws BadCheckpoint through the future; what was loaded before stays.
+  /// Loads a checkpoint to predict with. Throws BadCheckpoint through the future; what was loaded before
+  /// stays.
   std::future<void> load(std::filesystem::path file);
-  /// Starts afresh, or goes on with `file` when it was trained with the same options. Throws web::ApiError when there is
-  /// nothing to learn from.
+  /// Starts afresh, or goes on with `file` when it was trained with the same options. Throws web::ApiError
+  /// when there is nothing to learn from.
   std::future<web::TrainReport> start(web::TrainRequest request);
   std::future<web::TrainReport> stop();
   web::TrainReport report() const;
@@ -48,7 +51,7 @@ class PolicyLoop {
     std::filesystem::path file;
     bool training = false;
     std::vector<std::string> tasks;
-    std::int64_t until_step = 0;   ///< 0: no limit
+    std::int64_t until_step = 0;  ///< 0: no limit
     double until_minutes = 0;
     double saved_minutes = 0, validated_minutes = 0;
     web::TrainReport report;

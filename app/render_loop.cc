@@ -91,7 +91,8 @@ Renderer& RenderLoop::renderer(Room& room, const std::string& scene) {
   return *room.renderer;
 }
 
-ImageRgb RenderLoop::draw_now(Room& room, const SceneState& state, const ViewSettings& view, const Overlay& overlay) {
+ImageRgb RenderLoop::draw_now(Room& room, const SceneState& state, const ViewSettings& view,
+                              const Overlay& overlay) {
   Renderer& r = renderer(room, state.scene);
   ++rendered_;
   return r.draw(state, view_camera(r, state, view), view.overlays ? overlay : Overlay{});
@@ -103,8 +104,10 @@ void RenderLoop::draw_changed_views(Room& room) {
   if (!sim) return;
   std::vector<ViewSettings> todo;
   Overlay overlay;
+  std::shared_ptr<const SceneState> pinned;
   {
     std::lock_guard lock(mutex_);
+    pinned = pinned_;
     for (auto& [id, seen] : views_) {
       if (seen.viewers == 0 || (seen.drawn == seen.version && seen.sim_drawn == sim_version)) continue;
       seen.drawn = seen.version;
@@ -116,7 +119,7 @@ void RenderLoop::draw_changed_views(Room& room) {
   for (const auto& view : todo) {
     try {
       const double taken = unix_time_s();
-      encode_.offer(view.id, {draw_now(room, sim->state, view, overlay), taken});
+      encode_.offer(view.id, {draw_now(room, pinned ? *pinned : sim->state, view, overlay), taken});
     } catch (const std::exception& error) {
       spdlog::error("drawing view {}: {}", view.id, error.what());
     }
@@ -130,9 +133,8 @@ std::future<Observation> RenderLoop::observe(SceneState state) {
 }
 
 std::future<ImageRgb> RenderLoop::draw(SceneState state, ViewSettings view, Overlay overlay) {
-  return queue_.post([this, state = std::move(state), view = std::move(view), overlay = std::move(overlay)](Room& room) {
-    return draw_now(room, state, view, overlay);
-  });
+  return queue_.post([this, state = std::move(state), view = std::move(view), overlay = std::move(overlay)](
+                         Room& room) { return draw_now(room, state, view, overlay); });
 }
 
 void RenderLoop::set_view(const ViewSettings& view) {
@@ -177,10 +179,11 @@ int RenderLoop::viewers() const {
   return sum;
 }
 
-void RenderLoop::set_overlay(Overlay overlay) {
+void RenderLoop::show(Overlay overlay, std::shared_ptr<const SceneState> pinned) {
   {
     std::lock_guard lock(mutex_);
     overlay_ = std::move(overlay);
+    pinned_ = std::move(pinned);
     for (auto& [id, seen] : views_) ++seen.version;
   }
   wake();
@@ -189,6 +192,11 @@ void RenderLoop::set_overlay(Overlay overlay) {
 Overlay RenderLoop::overlay() const {
   std::lock_guard lock(mutex_);
   return overlay_;
+}
+
+std::shared_ptr<const SceneState> RenderLoop::pinned() const {
+  std::lock_guard lock(mutex_);
+  return pinned_;
 }
 
 std::string RenderLoop::failure() const {

@@ -45,8 +45,9 @@ class EncodeLoop {
   std::jthread thread_;
 };
 
-/// Draws views that somebody watches, when something in them changed; answers requests for observations and pictures.
-/// Public methods: any thread. Without EGL the program goes on: every request fails with the reason, which failure() names.
+/// Draws views that somebody watches, when something in them changed; answers requests for observations and
+/// pictures. Public methods: any thread. Without EGL the program goes on: every request fails with the
+/// reason, which failure() names.
 class RenderLoop {
  public:
   RenderLoop(const TaskLibrary& tasks, const Latest<SimSnapshot>& sim, EncodeLoop& encode);
@@ -55,13 +56,16 @@ class RenderLoop {
   std::future<Observation> observe(SceneState state);
   /// Draws any state as a view would show it.
   std::future<ImageRgb> draw(SceneState state, web::ViewSettings view, Overlay overlay);
-  void set_view(const web::ViewSettings& view);  ///< adds or changes
+  void set_view(const web::ViewSettings& view);         ///< adds or changes
   web::ViewSettings view(const std::string& id) const;  ///< throws web::ApiError 404
   std::vector<web::ViewSettings> views() const;
   void set_viewers(const std::string& view, int viewers);
   int viewers() const;
-  void set_overlay(Overlay overlay);
+  /// Draws `overlay` over every view from now on. `pinned`: show that state instead of the living one (a
+  /// trace of a scene that has moved on).
+  void show(Overlay overlay, std::shared_ptr<const SceneState> pinned = nullptr);
   Overlay overlay() const;
+  std::shared_ptr<const SceneState> pinned() const;
   void wake() { queue_.poke(); }
   std::uint64_t rendered() const { return rendered_; }
   std::string failure() const;
@@ -80,7 +84,8 @@ class RenderLoop {
     std::uint64_t sim_drawn = 0;
   };
   Renderer& renderer(Room& room, const std::string& scene);
-  ImageRgb draw_now(Room& room, const SceneState& state, const web::ViewSettings& view, const Overlay& overlay);
+  ImageRgb draw_now(Room& room, const SceneState& state, const web::ViewSettings& view,
+                    const Overlay& overlay);
   void draw_changed_views(Room& room);
 
   const TaskLibrary& tasks_;
@@ -89,6 +94,7 @@ class RenderLoop {
   mutable std::mutex mutex_;
   std::map<std::string, Seen> views_;
   Overlay overlay_;
+  std::shared_ptr<const SceneState> pinned_;
   std::string failure_;
   EglInfo info_;
   std::atomic<std::uint64_t> rendered_{0};

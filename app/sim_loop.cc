@@ -6,8 +6,8 @@
 
 namespace flowscope {
 
-MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed, const FrameSink& sink,
-                              std::stop_token stop) {
+MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed,
+                              const FrameSink& sink, std::stop_token stop) {
   MoveRequest request;
   request.world_from_tool = action.world_from_tool;
   request.seed = seed;
@@ -17,8 +17,10 @@ MotionResult execute_keyframe(World& world, const GripperAction& action, std::ui
     request.linear = linear;
     request.ignore_collisions = ignore;
     result = move_to(world, request, sink, stop);
-    if (result || result.failure == MotionFailure::cancelled || result.failure == MotionFailure::simulation) break;
-    if (result.failure == MotionFailure::not_reached) break;  // it moved: another attempt would start elsewhere
+    if (result || result.failure == MotionFailure::cancelled || result.failure == MotionFailure::simulation)
+      break;
+    if (result.failure == MotionFailure::not_reached)
+      break;  // it moved: another attempt would start elsewhere
   }
   const bool arrived = result || result.failure == MotionFailure::not_reached;
   if (arrived && !world.success()) {
@@ -53,6 +55,7 @@ void SimLoop::publish(Room& room) {
   snapshot.task = w.task().name();
   snapshot.instructions = w.episode().instructions;
   snapshot.instruction = snapshot.instructions.empty() ? "" : snapshot.instructions.front();
+  snapshot.script_text = w.episode().demonstration_text;
   snapshot.variation = w.episode().variation;
   snapshot.seed = w.episode().seed;
   snapshot.episode = room.episode;
@@ -71,8 +74,9 @@ void SimLoop::see(Room& room, const Frame& frame) {
   if (const double pace = pace_; pace > 0) {
     thread_local Clock::time_point due{};
     const auto now = Clock::now();
-    due = std::max(due + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.05 / pace)),
-                   now - std::chrono::milliseconds(20));
+    due = std::max(
+        due + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.05 / pace)),
+        now - std::chrono::milliseconds(20));
     if (due > now) std::this_thread::sleep_until(due);
   }
 }

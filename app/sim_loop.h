@@ -22,17 +22,21 @@ namespace flowscope {
 struct SimSnapshot {
   SceneState state;
   std::string task, instruction;
+  std::string script_text;  ///< the task's own demonstration for this episode, YAML
   std::vector<std::string> instructions;
   int variation = 0;
   std::uint64_t seed = 0, episode = 0;  ///< episode counts resets
   std::vector<SuccessTerm> terms;
   bool success = false;
-  std::vector<RobotState> keyframe_history;  ///< the robot at the start and at every keyframe since; a policy's history
+  std::vector<RobotState>
+      keyframe_history;  ///< the robot at the start and at every keyframe since; a policy's history
 };
 
 /// Runs jobs on the world and publishes a snapshot after every frame. Public methods: any thread.
 class SimLoop {
  public:
+  using SnapshotPtr = Latest<SimSnapshot>::Ptr;
+
   explicit SimLoop(const TaskLibrary& tasks);
   ~SimLoop();
 
@@ -55,7 +59,8 @@ class SimLoop {
     std::unique_ptr<World> world;
     std::uint64_t episode = 0;
     std::vector<RobotState> history;
-    std::vector<Frame> run;  ///< frames since the last reset or execute, without states: where its keyframes were
+    std::vector<Frame>
+        run;  ///< frames since the last reset or execute, without states: where its keyframes were
   };
   void publish(Room& room);
   void see(Room& room, const Frame& frame);
@@ -69,8 +74,9 @@ class SimLoop {
   std::jthread thread_;
 };
 
-/// One predicted keyframe: a straight line if that is free, else planned, else without collision checks; then the gripper.
-MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed, const FrameSink& sink,
-                              std::stop_token stop = {});
+/// One predicted keyframe: a straight line if that is free, else planned, else without collision checks; then
+/// the gripper.
+MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed,
+                              const FrameSink& sink, std::stop_token stop = {});
 
 }  // namespace flowscope

@@ -54,11 +54,13 @@ Overlay overlay_of(const FlowTrace& trace, int step) {
   overlay.ghosts.push_back({now.pose, now.open_probability, ghost});
   overlay.frames.push_back({now.pose, 0.07, 1});
   if (trace.expert) {
-    overlay.ghosts.push_back({trace.expert->world_from_tool, trace.expert->openness, faded(palette::expert, 0.45f)});
+    overlay.ghosts.push_back(
+        {trace.expert->world_from_tool, trace.expert->openness, faded(palette::expert, 0.45f)});
   }
 
   char text[96];
-  std::snprintf(text, sizeof text, "t %.2f   r %.3f m   %d points", now.t, now.region.radius_m, now.region.points);
+  std::snprintf(text, sizeof text, "t %.2f   r %.3f m   %d points", now.t, now.region.radius_m,
+                now.region.points);
   overlay.labels.push_back({now.region.center + Eigen::Vector3d(0, 0, now.region.radius_m + 0.03), text});
   return overlay;
 }

@@ -6,8 +6,9 @@
 
 namespace flowscope {
 
-/// Sphere, the points inside it, the trajectory so far (solid) and to come (faint) from violet noise to amber action, the
-/// gripper's ghost at the step, and the expert's in green where known. `step` is clamped to the trace.
+/// Sphere, the points inside it, the trajectory so far (solid) and to come (faint) from violet noise to amber
+/// action, the gripper's ghost at the step, and the expert's in green where known. `step` is clamped to the
+/// trace.
 Overlay overlay_of(const FlowTrace& trace, int step);
 
 }  // namespace flowscope

@@ -31,7 +31,8 @@ void write_trace_file(const std::filesystem::path& file, const std::vector<FlowT
 }
 
 TraceEntry entry_of(const FlowTrace& trace) {
-  TraceEntry entry{trace.id, trace.created, trace.scene.task, trace.instruction, trace.flow_steps, trace.error, {}};
+  TraceEntry entry{
+      trace.id, trace.created, trace.scene.task, trace.instruction, trace.flow_steps, trace.error, {}};
   if (trace.parent) entry.parent = trace.parent->trace;
   return entry;
 }

@@ -1,0 +1,104 @@
+// flowscope serve: the page, the stream and the API until a signal ends them.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include "app/cli.h"
+#include "app/commands.h"
+#include "app/studio.h"
+#include "web/server.h"
+
+namespace flowscope::app {
+namespace {
+
+struct ServeCall {
+  web::ServerOptions server;
+  StudioOptions studio;
+  std::string token;
+  bool no_token = false;
+  std::filesystem::path page;
+};
+
+/// 128 bits from the operating system, hexadecimal.
+std::string random_token() {
+  std::random_device device;
+  std::string token;
+  char part[9];
+  for (int i = 0; i < 4; ++i) {
+    std::snprintf(part, sizeof part, "%08x", device());
+    token += part;
+  }
+  return token;
+}
+
+std::filesystem::path find_page() {
+  if (const char* given = std::getenv("FLOWSCOPE_PAGE")) return given;
+  return find_assets().parent_path() / "web" / "ui" / "dist";
+}
+
+int serve(const ServeCall& call, const Context& context) {
+  spdlog::set_default_logger(spdlog::stderr_color_st("flowscope"));  // stdout carries the one ready line
+  web::ServerOptions options = call.server;
+  options.page = find_page();
+  if (call.no_token) {
+    options.token.clear();
+  } else {
+    options.token = call.token.empty() ? random_token() : call.token;
+  }
+  StudioOptions studio_options = call.studio;
+  studio_options.assets = find_assets();
+  studio_options.data = context.data;
+
+  // Signals are waited for, not handled: block them before any thread starts, so that every thread inherits
+  // that.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  std::unique_ptr<Studio> studio;
+  try {
+    studio = std::make_unique<Studio>(studio_options);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  auto server = std::make_unique<web::Server>(options, *studio);
+  studio->attach(server.get());
+  std::printf("flowscope: %s\n", server->url().c_str());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&signals, &signal);
+  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // a second signal ends the program at once
+  std::fprintf(stderr, "flowscope: ending\n");
+  studio->attach(nullptr);
+  server.reset();
+  studio.reset();
+  return 0;
+}
+
+}  // namespace
+
+void add_serve_command(CLI::App& root, Context& context) {
+  CLI::App* command = root.add_subcommand("serve", "Start the server; open the printed address in a browser");
+  auto call = std::make_shared<ServeCall>();
+  command->add_option("--host", call->server.host, "Address to listen on")->capture_default_str();
+  command->add_option("--port", call->server.port, "Port to listen on; 0 takes a free one")
+      ->capture_default_str();
+  add_data_option(*command, context);
+  command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
+  command->add_option("--policy", call->studio.policy, "Trained policy to predict with");
+  CLI::Option* token =
+      command->add_option("--token", call->token, "Token that clients must show; random by default");
+  command->add_flag("--no-token", call->no_token, "Ask nobody for a token")->excludes(token);
+  set_body(*command, context, [call, &context] { return serve(*call, context); });
+}
+
+}  // namespace flowscope::app

@@ -1,0 +1,41 @@
+// Closed-loop success of a policy on scenes it never saw, and its error against the expert there.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "recorder/task.h"
+
+namespace flowscope {
+
+struct EvalOptions {
+  std::filesystem::path policy;
+  std::vector<std::string> tasks;
+  int episodes = 25, seeds = 3, flow_steps = 4;
+  int workers = 2;  ///< each has its own policy, world and renderer; the result does not depend on it
+};
+
+struct EvalRow {
+  std::string task;
+  double success = 0;           ///< fraction of all episodes
+  double low = 0, high = 0;     ///< 95 % Wilson interval of it
+  std::vector<double> by_seed;  ///< fraction per seed
+  double position_mm = 0,
+         rotation_deg = 0;            ///< medians against the expert's keyframes, given the expert's history
+  int keyframes = 0;                  ///< behind those medians
+  std::vector<std::string> failures;  ///< one line per failed episode: seed, variation, why
+};
+
+/// Scenes come from seeds of their own, from 1 000 000 on: `record` must not be given those. Throws what
+/// loading throws. `progress`: episodes done of all.
+std::vector<EvalRow> evaluate(const TaskLibrary& tasks, const EvalOptions& options,
+                              const std::function<void(int done, int all)>& progress);
+
+/// The scene of one evaluation episode.
+std::uint64_t eval_seed(int seed, int episode);
+int eval_variation(int variations, int seed, int episode);
+
+}  // namespace flowscope

@@ -1,0 +1,105 @@
+// The program behind the page: ties the loops together and answers the server.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "app/job_board.h"
+#include "app/policy_loop.h"
+#include "app/render_loop.h"
+#include "app/scene_input.h"
+#include "app/sim_loop.h"
+#include "app/trace_store.h"
+#include "recorder/demo_store.h"
+#include "recorder/task.h"
+#include "web/backend.h"
+#include "web/server.h"
+
+namespace flowscope {
+
+struct StudioOptions {
+  std::filesystem::path assets, data;
+  std::string task = "push_buttons";
+  std::filesystem::path policy;  ///< may be empty
+};
+
+/// Every method of the Backend may be called from several threads at once.
+class Studio : public web::Backend {
+ public:
+  explicit Studio(const StudioOptions& options);
+  ~Studio() override;
+
+  /// From now on pictures and events go to `server`; null: to nobody. The first scene opens then.
+  void attach(web::Server* server);
+
+  web::Health health() override;
+  web::Metrics metrics() override;
+  web::StateSnapshot state() override;
+  std::vector<web::TaskEntry> tasks() override;
+  web::StateSnapshot reset(const std::string& task, std::optional<int> variation,
+                           std::optional<std::uint64_t> seed) override;
+  web::ViewSettings view(const std::string& id) override;
+  web::ViewSettings set_view(const web::ViewSettings& settings) override;
+  web::ViewSettings drag_view(const std::string& id, const web::CameraDrag& drag) override;
+  std::string task_script(const std::string& task) override;
+  std::string run_script(const web::ScriptRequest& request) override;
+  std::vector<web::JobStatus> jobs() override;
+  web::JobStatus job(const std::string& id) override;
+  void cancel_job(const std::string& id) override;
+  std::vector<DemoInfo> demos() override;
+  Demo demo(const std::string& id) override;
+  std::vector<std::uint8_t> demo_picture(const std::string& id, int keyframe,
+                                         const std::string& camera) override;
+  void remove_demo(const std::string& id) override;
+  web::TrainReport train(const web::TrainRequest& request) override;
+  web::TrainReport train_report() override;
+  std::vector<std::string> predict(const web::PredictRequest& request) override;
+  std::vector<web::TraceEntry> traces() override;
+  FlowTrace trace(const std::string& id) override;
+  void remove_trace(const std::string& id) override;
+  void show_trace(const std::string& id, std::optional<int> step) override;
+  std::string branch_trace(const std::string& id, const web::BranchRequest& request) override;
+  std::string execute_trace(const std::string& id) override;
+  std::string export_media(const web::ExportRequest& request) override;
+  std::vector<std::uint8_t> snapshot(const web::SnapshotRequest& request) override;
+  std::string export_file(const std::string& name) override;
+  void viewers_changed(const std::string& view, int viewers) override;
+
+ private:
+  SimLoop::SnapshotPtr scene() const;  ///< throws ApiError 503 before the first scene is open
+  void announce(std::stop_token stop);
+  void send(web::Event event);
+  void clear_shown();
+  /// Ends the script or move that runs, if any, and waits for it.
+  void interrupt_motion();
+  std::string keep(StoredTrace stored);
+
+  const StudioOptions options_;
+  TaskLibrary tasks_;
+  DemoStore demos_;
+  TraceStore traces_;
+  ExpertBook experts_;
+
+  std::mutex server_mutex_;
+  web::Server* server_ = nullptr;
+  mutable std::mutex mutex_;
+  std::optional<web::StateSnapshot::Shown> shown_;
+  std::string motion_job_, first_failure_;
+  std::atomic<std::uint64_t> predictions_{0}, change_{1};
+  std::atomic<int> next_export_{1};
+
+  // In this order: what comes later uses what comes earlier and ends before it.
+  EncodeLoop encode_;
+  SimLoop sim_;
+  RenderLoop render_;
+  PolicyLoop policy_;
+  JobBoard jobs_;
+  std::jthread announcer_;
+};
+
+}  // namespace flowscope

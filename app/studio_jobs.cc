@@ -1,0 +1,220 @@
+// Studio: scripts, execution, exports, demonstrations, pictures.
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "app/export_media.h"
+#include "app/studio.h"
+#include "app/trace_overlay.h"
+#include "render/encode.h"
+
+namespace flowscope {
+
+using web::ApiError;
+using web::JobStatus;
+using web::ViewSettings;
+
+std::string Studio::task_script(const std::string& task) {
+  const auto names = tasks_.names();
+  if (std::ranges::find(names, task) == names.end())
+    throw ApiError(404, "not_found", "there is no task " + task);
+  const auto sim = scene();
+  if (sim->task == task) return sim->script_text;
+  World world(tasks_.get(task));
+  world.reset(0, 0);
+  return world.episode().demonstration_text;
+}
+
+std::string Studio::run_script(const web::ScriptRequest& request) {
+  const auto sim = scene();
+  if (request.script.empty() && !request.task.empty() && request.task != sim->task) {
+    throw ApiError(409, "other_task",
+                   "the open task is " + sim->task + "; reset to " + request.task + " first", "task");
+  }
+  Script script;
+  const std::string text = request.script.empty() ? task_script(sim->task) : request.script;
+  try {
+    script = parse_script(text, "script");
+  } catch (const BadScript& error) {
+    const std::string what = error.what();
+    throw ApiError(400, "bad_script", what, what.substr(0, what.find(' ')));
+  }
+  if (!script.task.empty() && script.task != sim->task) {
+    throw ApiError(409, "other_task", "the script is for " + script.task + "; the open task is " + sim->task,
+                   "task");
+  }
+  interrupt_motion();
+  clear_shown();
+  std::lock_guard lock(mutex_);
+  motion_job_ = jobs_.start("script", [this, script, record = request.record](JobBoard::Handle& handle) {
+    // A demonstration starts where the benchmark's does: at the reset scene.
+    const auto before = scene();
+    if (record) sim_.reset(before->task, before->variation, before->seed).get();
+    handle.update([&](JobStatus& s) { s.message = record ? "recording" : "running"; });
+    auto observe = [this, record](const SceneState& state) {
+      return record ? render_.observe(state).get() : Observation{};
+    };
+    const RunReport report = sim_.run_script(script, observe, handle.stop()).get();
+    if (!report.success && record) {
+      throw ApiError(422, "run_failed", report.reason,
+                     report.line > 0 ? "script:" + std::to_string(report.line) : "");
+    }
+    if (!report.reason.empty() && !report.success) {
+      handle.update([&](JobStatus& s) { s.message = report.reason; });
+    }
+    std::string id;
+    if (record && report.demo) {
+      id = demos_.save(*report.demo);
+      policy_.demo_saved(id);
+    }
+    handle.update([&](JobStatus& s) {
+      s.demo = id;
+      s.success = report.success;
+      if (report.success) s.message = id.empty() ? "the task succeeded" : "saved " + id;
+    });
+  });
+  return motion_job_;
+}
+
+std::string Studio::execute_trace(const std::string& id) {
+  const auto stored = traces_.get(id);
+  if (stored->episode != scene()->episode) {
+    throw ApiError(409, "other_scene", "that prediction was made in a scene that has been reset since");
+  }
+  interrupt_motion();
+  render_.show(render_.overlay());  // the living scene from now on, with the prediction still drawn
+  std::lock_guard lock(mutex_);
+  motion_job_ = jobs_.start("execute", [this, stored](JobBoard::Handle& handle) {
+    handle.update([](JobStatus& s) { s.message = "moving to the predicted keyframe"; });
+    const MotionResult result = sim_.execute(stored->trace.result, stored->trace.seed, handle.stop()).get();
+    const auto after = scene();
+    if (!result && !after->success) throw ApiError(422, to_string(result.failure), result.message);
+    handle.update([&](JobStatus& s) {
+      s.success = after->success;
+      s.message = after->success ? "the task succeeded" : "arrived; predicting the next keyframe";
+      s.progress = 0.8;
+    });
+    if (after->success || handle.stop().stop_requested()) return;
+    web::PredictRequest next;
+    next.flow_steps = stored->trace.flow_steps;
+    next.seed = stored->trace.seed;
+    const auto ids = predict(next);
+    show_trace(ids.front(), next.flow_steps);
+    handle.update([&](JobStatus& s) { s.message = "arrived; the next prediction is " + ids.front(); });
+  });
+  return motion_job_;
+}
+
+std::string Studio::export_media(const web::ExportRequest& request) {
+  if (request.kind != "png" && request.kind != "mp4") {
+    throw ApiError(400, "bad_kind", "kind is png or mp4", "kind");
+  }
+  ViewSettings view = render_.view("main");
+  if (!request.camera.empty())
+    view.camera = request.camera == "free" ? std::nullopt : std::optional(request.camera);
+  const auto& known = observation_cameras();
+  if (view.camera && std::ranges::find(known, *view.camera) == known.end()) {
+    throw ApiError(400, "unknown_camera", "there is no camera " + *view.camera, "camera");
+  }
+  view.width = request.width;
+  view.height = request.height;
+  view.overlays = true;
+  if (view.width < 64 || view.height < 64 || view.width > 3840 || view.height > 2160) {
+    throw ApiError(400, "bad_size", "an export is 64x64 to 3840x2160 pixels", "width");
+  }
+  std::shared_ptr<const StoredTrace> stored;
+  if (!request.trace.empty()) stored = traces_.get(request.trace);
+  if (!request.demo.empty()) {
+    const auto all = demos_.list();
+    if (std::ranges::find(all, request.demo, &DemoInfo::id) == all.end()) {
+      throw ApiError(404, "not_found", "there is no demonstration " + request.demo);
+    }
+  } else if (request.kind == "mp4" && !stored) {
+    throw ApiError(400, "nothing_to_film", "an MP4 needs a trace or a demo", "trace");
+  }
+  const std::string subject = !request.demo.empty() ? request.demo : stored ? stored->trace.id : "scene";
+  const std::string name =
+      utc_now().substr(0, 10) + "-" + subject + "-" + std::to_string(next_export_++) + "." + request.kind;
+  const auto path = options_.data / "exports" / name;
+  return jobs_.start("export", [=, this](JobBoard::Handle& handle) {
+    handle.update([&](JobStatus& s) { s.message = "drawing " + name; });
+    auto progress = [&](double done) { handle.update([&](JobStatus& s) { s.progress = done; }); };
+    if (request.kind == "png" && stored) {
+      export_png(tasks_, stored->state, view,
+                 overlay_of(stored->trace, request.step.value_or(stored->trace.flow_steps)), path);
+    } else if (request.kind == "png" && request.demo.empty()) {
+      export_png(tasks_, scene()->state, view, render_.overlay(), path);
+    } else if (request.kind == "png") {
+      export_png(tasks_, demos_.load(request.demo).frames.back().state, view, {}, path);
+    } else if (stored) {
+      export_trace_mp4(tasks_, stored->state, stored->trace, view, path, progress, handle.stop());
+    } else {
+      export_demo_mp4(tasks_, demos_.load(request.demo), view, path, progress, handle.stop());
+    }
+    handle.update([&](JobStatus& s) {
+      s.url = "/exports/" + name;
+      s.path = path.string();
+      s.message = "wrote " + name;
+      s.success = true;
+    });
+  });
+}
+
+std::string Studio::export_file(const std::string& name) {
+  const bool plain = std::ranges::all_of(
+      name, [](unsigned char c) { return std::isalnum(c) || c == '-' || c == '_' || c == '.'; });
+  const auto path = options_.data / "exports" / name;
+  if (!plain || name.starts_with(".") || !std::filesystem::is_regular_file(path)) {
+    throw ApiError(404, "not_found", "there is no such export");
+  }
+  return path.string();
+}
+
+std::vector<DemoInfo> Studio::demos() { return demos_.list(); }
+
+Demo Studio::demo(const std::string& id) {
+  try {
+    return demos_.load_keyframes(id);
+  } catch (const std::out_of_range& error) {
+    throw ApiError(404, "not_found", error.what());
+  }
+}
+
+std::vector<std::uint8_t> Studio::demo_picture(const std::string& id, int keyframe,
+                                               const std::string& camera) {
+  const Demo d = demo(id);
+  if (keyframe < -1 || keyframe >= static_cast<int>(d.keyframes.size())) {
+    throw ApiError(404, "not_found",
+                   "keyframes run from -1 (the start) to " + std::to_string(d.keyframes.size() - 1));
+  }
+  const Observation& seen = keyframe < 0 ? d.start : d.keyframes[keyframe].observation;
+  for (const auto& view : seen.views)
+    if (view.camera.name == camera) return encode_png(view.rgb);
+  throw ApiError(404, "not_found", "there is no camera " + camera);
+}
+
+void Studio::remove_demo(const std::string& id) {
+  try {
+    demos_.remove(id);
+  } catch (const std::out_of_range& error) {
+    throw ApiError(404, "not_found", error.what());
+  }
+  policy_.demo_removed(id);
+}
+
+std::vector<std::uint8_t> Studio::snapshot(const web::SnapshotRequest& request) {
+  ViewSettings view = render_.view(request.view);
+  if (request.width > 0) view.width = request.width;
+  if (request.height > 0) view.height = request.height;
+  const RendererOptions limits;
+  if (view.width < 16 || view.height < 16 || view.width > limits.max_width ||
+      view.height > limits.max_height) {
+    throw ApiError(400, "bad_size", "a snapshot is 16x16 to 1280x960 pixels", "width");
+  }
+  const auto pinned = render_.pinned();
+  const ImageRgb picture = render_.draw(pinned ? *pinned : scene()->state, view, render_.overlay()).get();
+  if (request.format == "png") return encode_png(picture);
+  return JpegEncoder().encode(picture);
+}
+
+}  // namespace flowscope

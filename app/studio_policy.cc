@@ -1,0 +1,107 @@
+// Studio: training, prediction, traces.
+#include "app/studio.h"
+#include "app/trace_overlay.h"
+
+namespace flowscope {
+
+using web::ApiError;
+
+web::TrainReport Studio::train(const web::TrainRequest& request) {
+  return request.start ? policy_.start(request).get() : policy_.stop().get();
+}
+
+web::TrainReport Studio::train_report() { return policy_.report(); }
+
+std::string Studio::keep(StoredTrace stored) {
+  ++predictions_;
+  const auto& s = stored.input;
+  if (const auto expert = experts_.keyframe(stored.trace.scene.task, stored.trace.scene.variation,
+                                            stored.trace.scene.seed, s.keyframe_index)) {
+    compare_with_expert(stored.trace, *expert);
+  }
+  const std::string id = traces_.add(std::move(stored));
+  send(entry_of(traces_.get(id)->trace));
+  return id;
+}
+
+std::vector<std::string> Studio::predict(const web::PredictRequest& request) {
+  if (request.objective && *request.objective != "cfm") {
+    throw ApiError(400, "bad_option", "this policy was trained with the objective cfm", "objective");
+  }
+  const auto sim = scene();
+  StoredTrace stored;
+  stored.state = sim->state;
+  stored.episode = sim->episode;
+  stored.input.instruction = sim->instruction;
+  stored.input.history = sim->keyframe_history;
+  stored.input.keyframe_index = static_cast<int>(sim->keyframe_history.size()) - 1;
+  stored.input.observation = render_.observe(sim->state).get();
+  std::vector<std::string> ids;
+  for (int i = 0; i < request.samples; ++i) {
+    PredictOptions options;
+    options.flow_steps = request.flow_steps;
+    options.seed = request.seed + static_cast<std::uint64_t>(i);
+    options.radius_kind = request.radius;
+    StoredTrace one = stored;
+    one.trace = policy_.predict(stored.input, options).get();
+    one.trace.scene.task = sim->task;
+    one.trace.scene.variation = sim->variation;
+    one.trace.scene.seed = sim->seed;
+    one.trace.scene.keyframe = stored.input.keyframe_index;
+    one.trace.scene.state_sha256 = state_sha256(sim->state);
+    ids.push_back(keep(std::move(one)));
+  }
+  return ids;
+}
+
+std::vector<web::TraceEntry> Studio::traces() { return traces_.list(); }
+FlowTrace Studio::trace(const std::string& id) { return traces_.get(id)->trace; }
+
+void Studio::remove_trace(const std::string& id) {
+  traces_.remove(id);
+  bool was_shown = false;
+  {
+    std::lock_guard lock(mutex_);
+    was_shown = shown_ && shown_->trace == id;
+  }
+  if (was_shown) clear_shown();
+}
+
+void Studio::show_trace(const std::string& id, std::optional<int> step) {
+  if (!step) {
+    clear_shown();
+    return;
+  }
+  const auto stored = traces_.get(id);
+  if (*step < 0 || *step > stored->trace.flow_steps) {
+    throw ApiError(400, "bad_step", "steps run from 0 to " + std::to_string(stored->trace.flow_steps),
+                   "step");
+  }
+  {
+    std::lock_guard lock(mutex_);
+    shown_ = {id, *step};
+  }
+  render_.show(overlay_of(stored->trace, *step), std::make_shared<const SceneState>(stored->state));
+  ++change_;
+}
+
+std::string Studio::branch_trace(const std::string& id, const web::BranchRequest& request) {
+  const auto parent = traces_.get(id);
+  if (request.step < 0 || request.step >= parent->trace.flow_steps) {
+    throw ApiError(400, "bad_step",
+                   "a branch starts at step 0 to " + std::to_string(parent->trace.flow_steps - 1), "step");
+  }
+  PredictOptions options;
+  options.flow_steps = request.flow_steps.value_or(parent->trace.flow_steps);
+  options.seed = parent->trace.seed;
+  options.radius_kind = parent->trace.radius.kind;
+  options.branch = PredictOptions::Branch{&parent->trace, request.step, request.position, request.quaternion,
+                                          request.radius_m};
+  StoredTrace child = *parent;
+  child.trace = policy_.predict(parent->input, options).get();
+  child.trace.scene = parent->trace.scene;
+  child.trace.parent = FlowTrace::Parent{id, request.step};
+  return keep(std::move(child));
+}
+
+}  // namespace flowscope
