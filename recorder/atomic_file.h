@@ -7,8 +7,17 @@
 
 namespace flowscope {
 
-/// Writes beside `path` under a temporary name, fsyncs, renames over it, fsyncs the folder. On any failure the temporary
-/// is removed, what was under `path` stays, and std::system_error names the path and the cause (disk full, …).
+/// Writes beside `path` under a temporary name, fsyncs, renames over it, fsyncs the folder. On any failure
+/// the temporary is removed, what was under `path` stays, and std::system_error names the path and the cause
+/// (disk full, …).
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+
+/// The same, but never over an existing file: false when `path` was taken, even by another program at the
+/// same moment.
+[[nodiscard]] bool write_new_file_atomically(const std::filesystem::path& path,
+                                             std::span<const std::uint8_t> bytes);
+
+/// Removes temporaries that a killed program left in `folder` more than an hour ago. Never throws.
+void remove_stale_temporaries(const std::filesystem::path& folder) noexcept;
 
 }  // namespace flowscope

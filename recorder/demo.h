@@ -55,6 +55,7 @@ struct Demo {
   std::vector<Frame> frames;
   Observation start;  ///< taken at frame 0
   std::vector<Keyframe> keyframes;
+  std::string simulator;  ///< name and version of the physics that made the states
 };
 
 /// The robot's part of a policy input.
