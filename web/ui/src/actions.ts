@@ -1,0 +1,152 @@
+// What the page does: each action calls the server and writes the store. Failures become the notice line.
+import { api, ApiError } from "./api";
+import { LatestCall } from "./latest";
+import { store, type Tab } from "./store";
+import type { Job, ServerEvent, TraceEntry } from "./types";
+
+export function report(error: unknown): void {
+  if (error instanceof ApiError) {
+    if (error.status === 0) return; // the connection banner says it
+    const advice = error.status === 401 ? " Open the address that flowscope printed, with its token." : "";
+    store.set({ notice: { level: "error", message: `${error.message}${advice}`, where: error.where || error.code } });
+  } else {
+    store.set({ notice: { level: "error", message: error instanceof Error ? error.message : String(error), where: "" } });
+  }
+}
+
+/// Runs one action; the control that started it is off meanwhile, so that a second click does nothing.
+export async function act(action: () => Promise<unknown>, control?: HTMLButtonElement): Promise<void> {
+  if (control) control.setAttribute("aria-busy", "true");
+  if (store.state.notice) store.set({ notice: null });
+  try {
+    await action();
+  } catch (error) {
+    report(error);
+  } finally {
+    control?.removeAttribute("aria-busy");
+  }
+}
+
+export function inform(message: string): void {
+  store.set({ notice: { level: "info", message, where: "" } });
+}
+
+export function open_tab(tab: Tab): void {
+  store.set({ tab });
+}
+
+export async function refresh_demos(): Promise<void> {
+  const demos = await api.demos();
+  const selected = demos.some((d) => d.id === store.state.selected_demo) ? store.state.selected_demo : null;
+  store.set({ demos, selected_demo: selected });
+}
+
+export async function refresh_traces(): Promise<void> {
+  store.set({ traces: newest_first(await api.traces()) });
+}
+
+function newest_first(traces: TraceEntry[]): TraceEntry[] {
+  return [...traces].sort((a, b) => b.created.localeCompare(a.created) || b.id.localeCompare(a.id));
+}
+
+/// After every (re)connection: what events do not carry.
+export async function load_everything(): Promise<void> {
+  const [snapshot, tasks, train] = await Promise.all([api.state(), api.tasks(), api.train()]);
+  store.set({ snapshot, tasks, train });
+  await Promise.all([refresh_demos(), refresh_traces()]);
+  const shown = snapshot.shown;
+  if (shown && !store.state.trace) await select_trace(shown.trace, shown.step);
+}
+
+export function take_event(event: ServerEvent): void {
+  switch (event.type) {
+    case "state":
+      store.set({ snapshot: event.data });
+      break;
+    case "train": {
+      const known = store.state.train;
+      const demos_changed = known !== null && known.demos !== event.data.demos;
+      store.set({ train: { ...known, ...event.data } });
+      if (demos_changed) refresh_demos().catch(report);
+      break;
+    }
+    case "job":
+      take_job(event.data);
+      break;
+    case "trace":
+      store.set({ traces: newest_first([event.data, ...store.state.traces.filter((t) => t.id !== event.data.id)]) });
+      break;
+    case "log":
+      if (event.data.level === "error") store.set({ notice: { level: "error", message: event.data.message, where: "" } });
+      break;
+  }
+}
+
+function take_job(job: Job): void {
+  const before = store.state.jobs.get(job.id);
+  if (before && is_over(before)) return; // an older message may come after a polled answer
+  store.set({ jobs: new Map(store.state.jobs).set(job.id, job) });
+  if (job.state === "done" && job.result?.demo) refresh_demos().catch(report);
+}
+
+export function is_over(job: Job): boolean {
+  return job.state === "done" || job.state === "failed" || job.state === "cancelled";
+}
+
+/// The job when it is over, whatever its end. Events bring it; a slow poll covers a lost connection.
+export async function job_over(id: string): Promise<Job> {
+  const ask = () => void api.job(id).then(take_job, () => undefined);
+  const poll = window.setInterval(ask, 1500);
+  ask();
+  const job = await new Promise<Job>((resolve) => {
+    const stop: { watching?: () => void } = {};
+    stop.watching = store.watch((s) => [s.jobs.get(id)] as const, (now) => {
+      if (!now || !is_over(now)) return;
+      stop.watching?.();
+      resolve(now);
+    });
+  });
+  clearInterval(poll);
+  return job;
+}
+
+// --- traces and their steps -------------------------------------------------------------------------------------------
+
+const shown = new LatestCall<{ trace: string; step: number }>(({ trace, step }) => api.show(trace, step), report);
+
+export async function select_trace(id: string, step?: number): Promise<void> {
+  const trace = await api.trace(id);
+  const parent = trace.parent ? await api.trace(trace.parent.trace).catch(() => null) : null;
+  store.set({ trace, parent, playing: false });
+  set_step(step ?? trace.steps.length - 1);
+}
+
+export function close_trace(): void {
+  const { trace } = store.state;
+  store.set({ trace: null, parent: null, step: 0, playing: false });
+  if (trace) api.show(trace.id, null).catch(report);
+}
+
+export async function remove_trace(id: string): Promise<void> {
+  if (store.state.trace?.id === id) close_trace();
+  await api.remove_trace(id);
+  store.set({ traces: store.state.traces.filter((t) => t.id !== id) });
+}
+
+export function last_step(): number {
+  return (store.state.trace?.steps.length ?? 1) - 1;
+}
+
+export function set_step(step: number): void {
+  const { trace } = store.state;
+  if (!trace) return;
+  const k = Math.min(last_step(), Math.max(0, Math.round(step)));
+  store.set({ step: k });
+  void shown.send({ trace: trace.id, step: k });
+}
+
+/// A move by hand; it ends playing.
+export function go_to_step(step: number): void {
+  if (store.state.playing) store.set({ playing: false });
+  set_step(step);
+}

@@ -1,0 +1,67 @@
+// The wire as it is: field names of the server's values, metres, radians, seconds unless a name says otherwise.
+export type Vec3 = [number, number, number];
+export type Quaternion = [number, number, number, number]; // w, x, y, z
+
+export interface TaskEntry { name: string; variations: number; instructions: string[] }
+export interface SuccessTerm { name: string; met: boolean; value: string }
+export interface Orbit { azimuth_deg: number; elevation_deg: number; distance_m: number; lookat: Vec3; fovy_deg: number }
+export interface ViewSettings {
+  id: string; camera: string | null; orbit: Orbit; width: number; height: number; overlays: boolean;
+}
+export interface Validation { position_mm: number; rotation_deg: number; keyframes: number }
+export interface TrainStatus {
+  step: number; loss: number; loss_flow: number; loss_open: number;
+  samples_per_s: number; minutes: number; demos: number; validation: Validation;
+}
+export interface TrainReport extends TrainStatus {
+  running: boolean;
+  loss_history: [step: number, loss: number][];
+  validation_history: [step: number, position_mm: number, rotation_deg: number][];
+  error?: string | null;
+}
+export interface Snapshot {
+  task: string; variation: number; seed: number; instruction: string;
+  views: ViewSettings[]; cameras: string[];
+  episode: number; time_s: number; success: boolean; terms: SuccessTerm[];
+  recording: { running: boolean; job: string };
+  training: boolean; train: TrainStatus;
+  policy: { loaded: boolean; file: string; generation: number };
+  viewers: number;
+  shown?: { trace: string; step: number } | null;
+}
+export interface Problem { code: string; message: string; where?: string }
+export interface Job {
+  id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled";
+  progress: number; message: string;
+  result?: { demo?: string; url?: string; path?: string; success?: boolean } | null;
+  error?: Problem | null;
+}
+export interface DemoInfo {
+  id: string; task: string; variation: number; seed: number; instruction: string;
+  created: string; frames: number; keyframes: number; bytes: number;
+}
+export interface PoseError { position_m: number; rotation_deg: number; open_correct: boolean }
+export interface TraceEntry {
+  id: string; created: string; task: string; instruction: string; flow_steps: number;
+  error?: PoseError | null; parent?: string | null;
+}
+export interface FlowStep {
+  k: number; t: number; x: number[]; velocity: number[];
+  pose: { position: Vec3; quaternion: Quaternion };
+  region: { center: Vec3; radius: number; points: number };
+  open_probability: number; ms: number;
+}
+export interface Action { position: Vec3; quaternion: Quaternion; open: boolean }
+export interface Trace {
+  id: string; created: string;
+  policy: { file: string; weights_sha256: string; generation: number; backbone: string; objective: string };
+  radius: { kind: string; r_0: number; r_min: number };
+  flow_steps: number; seed: number; integrator: string;
+  scene: { task: string; variation: number; seed: number; demo?: string; keyframe?: number; state_sha256: string };
+  instruction: string; steps: FlowStep[]; result: Action;
+  expert: Action | null; error: PoseError | null; parent: { trace: string; step: number } | null;
+}
+export interface LogEvent { level: string; message: string }
+export type ServerEvent =
+  | { type: "state"; data: Snapshot } | { type: "job"; data: Job } | { type: "train"; data: TrainReport }
+  | { type: "trace"; data: TraceEntry } | { type: "log"; data: LogEvent };

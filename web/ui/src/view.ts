@@ -1,0 +1,121 @@
+// The live picture: one MJPEG stream, MuJoCo's mouse bindings, cameras and overlays under it.
+import { act, report } from "./actions";
+import { api, type CameraDrag } from "./api";
+import { fill, h, show_if } from "./dom";
+import { LatestCall } from "./latest";
+import { store } from "./store";
+import type { ViewSettings } from "./types";
+
+const view_id = "main";
+const retry_ms = 1500;
+const wheel_step = 0.05; // of the view height, for one notch of the wheel
+
+const drags = new LatestCall<CameraDrag>((drag) => api.drag(view_id, drag), report);
+
+function add_drags(waiting: CameraDrag, added: CameraDrag): CameraDrag {
+  return waiting.action === added.action ? { ...added, dx: waiting.dx + added.dx, dy: waiting.dy + added.dy } : added;
+}
+
+/// Left rotates, right pans, middle zooms; Shift keeps to the horizontal. A camera of the scene gives way to the free one.
+function listen_to_mouse(picture: HTMLElement): void {
+  const actions: Record<number, CameraDrag["action"]> = { 0: "rotate", 1: "zoom", 2: "pan" };
+  let held: CameraDrag["action"] | null = null;
+  picture.addEventListener("contextmenu", (event) => event.preventDefault());
+  picture.addEventListener("dragstart", (event) => event.preventDefault());
+  picture.addEventListener("pointerdown", (event) => {
+    held = actions[event.button] ?? null;
+    if (!held) return;
+    event.preventDefault();
+    picture.setPointerCapture(event.pointerId);
+    picture.classList.add("dragging");
+  });
+  picture.addEventListener("pointermove", (event) => {
+    if (!held) return;
+    const height = picture.clientHeight || 1;
+    const dx = event.movementX / height;
+    const dy = event.shiftKey ? 0 : event.movementY / height;
+    if (dx !== 0 || dy !== 0) void drags.send({ action: held, dx, dy }, add_drags);
+  });
+  const release = () => {
+    held = null;
+    picture.classList.remove("dragging");
+  };
+  picture.addEventListener("pointerup", release);
+  picture.addEventListener("pointercancel", release);
+  picture.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    void drags.send({ action: "zoom", dx: 0, dy: Math.sign(event.deltaY) * wheel_step }, add_drags);
+  }, { passive: false });
+}
+
+function stream_picture(): HTMLImageElement {
+  const picture = h("img", { class: "picture", alt: "live picture of the scene", "data-testid": "picture", draggable: "false" });
+  let attempt = 0;
+  let timer = 0;
+  const start = () => {
+    clearTimeout(timer);
+    picture.src = `/stream?view=${view_id}&attempt=${++attempt}`;
+  };
+  picture.addEventListener("error", () => {
+    clearTimeout(timer);
+    if (store.state.connection === "live") timer = window.setTimeout(start, retry_ms);
+  });
+  store.watch((s) => [s.connection === "live"] as const, (live) => {
+    if (live) start();
+    picture.classList.toggle("stale", !live);
+  });
+  listen_to_mouse(picture);
+  return picture;
+}
+
+function camera_title(name: string): string {
+  return name.replaceAll("_", " ");
+}
+
+function camera_buttons(): HTMLElement {
+  const bar = h("div", { class: "cameras", role: "group", "aria-label": "camera" });
+  store.watch((s) => [s.snapshot?.cameras.join("\n") ?? "", main_view()?.camera ?? null] as const, (cameras, chosen) => {
+    const names = cameras === "" ? [] : cameras.split("\n");
+    const button = (name: string | null) =>
+      h("button", {
+        type: "button", class: "chip", "aria-pressed": String(chosen === name), "data-testid": `camera-${name ?? "free"}`,
+        title: name ? `the scene's camera "${name}"` : "drag the picture: left rotates, right pans, wheel zooms",
+        onclick: () => void act(() => change_view({ camera: name })),
+      }, name ? camera_title(name) : "free");
+    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.testid : undefined;
+    fill(bar, ...names.map(button), names.length > 0 && button(null));
+    if (focused) bar.querySelector<HTMLElement>(`[data-testid="${focused}"]`)?.focus();
+  });
+  return bar;
+}
+
+function main_view(): ViewSettings | undefined {
+  return store.state.snapshot?.views.find((view) => view.id === view_id) ?? store.state.snapshot?.views[0];
+}
+
+async function change_view(change: Partial<ViewSettings>): Promise<void> {
+  const view = await api.set_view(view_id, change);
+  const { snapshot } = store.state;
+  if (snapshot && view) store.set({ snapshot: { ...snapshot, views: snapshot.views.map((v) => (v.id === view.id ? view : v)) } });
+}
+
+function overlay_toggle(): HTMLElement {
+  const box = h("input", { type: "checkbox", "data-testid": "overlays", onchange: () => void act(() => change_view({ overlays: box.checked })) });
+  store.watch((s) => [s.snapshot?.views] as const, () => {
+    box.checked = main_view()?.overlays ?? true;
+  });
+  const legend = (["noise", "action", "inside", "expert"] as const).map((meaning) =>
+    h("span", { class: "legend" }, h("i", { class: `dot ${meaning}` }), { noise: "t = 0 noise", action: "t = 1 action", inside: "region", expert: "expert" }[meaning]));
+  const key = h("span", { class: "legends" }, ...legend);
+  store.watch((s) => [s.trace !== null] as const, (has_trace) => show_if(key, has_trace));
+  return h("div", { class: "overlays" }, key, h("label", { class: "check" }, box, "overlays"));
+}
+
+export function view(): HTMLElement {
+  const empty = h("p", { class: "stage-note" }, "waiting for the picture…");
+  const picture = stream_picture();
+  picture.addEventListener("load", () => empty.remove(), { once: true });
+  return h("section", { class: "stage", "aria-label": "live view" },
+    h("div", { class: "screen" }, empty, picture),
+    h("div", { class: "view-bar" }, camera_buttons(), overlay_toggle()));
+}
