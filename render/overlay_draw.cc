@@ -17,9 +17,9 @@ mjvGeom* add_geom(mjvScene& scene, int type, const Eigen::Vector3d& half_size_m,
   const RowMatrix rotation = world_from_geom.rotation.toRotationMatrix();
   mjv_initGeom(geom, type, half_size_m.data(), world_from_geom.position.data(), rotation.data(),
                color.data());
-  // Mostly its own light, so that a colour keeps its meaning in shadow; a little shading shows the shape.
-  geom->emission = 0.6f;
-  geom->specular = 0.1f;
+  // Mostly its own light, so that a colour keeps its meaning; the rest of it is shading that shows the shape.
+  geom->emission = 0.7f;
+  geom->specular = 0;
   return geom;
 }
 
@@ -78,6 +78,17 @@ void append_ghost(const OverlayGhost& ghost, mjvScene& scene) {
 
 }  // namespace
 
+void light_solids(mjvScene& scene) {
+  mjvLight light{};
+  light.headlight = light.directional = 1;
+  light.dir[2] = -1;
+  light.attenuation[0] = 1;
+  light.cutoff = 180;
+  std::fill(std::begin(light.diffuse), std::end(light.diffuse), 0.35f);
+  scene.lights[0] = light;
+  scene.nlight = 1;
+}
+
 void append_solids(const Overlay& overlay, mjvScene& scene) {
   constexpr std::size_t segment_limit = overlay_geom_limit * 3 / 4;
   std::size_t points = 0;
@@ -88,14 +99,6 @@ void append_solids(const Overlay& overlay, mjvScene& scene) {
   }
   for (const OverlayFrame& frame : overlay.frames) append_frame(frame, scene);
   for (const OverlayGhost& ghost : overlay.ghosts) append_ghost(ghost, scene);
-}
-
-void append_spheres(const Overlay& overlay, mjvScene& scene) {
-  for (const OverlaySphere& sphere : overlay.spheres) {
-    if (!(sphere.radius_m > 0) || !sphere.center.allFinite()) continue;
-    add_geom(scene, mjGEOM_SPHERE, Eigen::Vector3d::Constant(sphere.radius_m),
-             {sphere.center, Eigen::Quaterniond::Identity()}, sphere.color);
-  }
 }
 
 }  // namespace flowscope

@@ -1,5 +1,4 @@
-// An Overlay as MuJoCo geoms: the part of it that is drawn in 3-D. Points and labels are painted afterwards
-// (overlay_paint.h).
+// An Overlay's solid part as MuJoCo geoms: lines, frames and ghosts. The rest is painted (overlay_paint.h).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -11,9 +10,9 @@ namespace flowscope {
 /// Room that a scene's geom buffer needs beside the model's own geoms. Longer polylines are thinned to fit.
 inline constexpr int overlay_geom_limit = 4000;
 
-/// Lines, frames and ghosts.
+/// A geom's opacity stays in its rgba.
 void append_solids(const Overlay& overlay, mjvScene& scene);
-/// See-through spheres.
-void append_spheres(const Overlay& overlay, mjvScene& scene);
+/// Replaces the scene's lights by the one under which solids have the colours that the overlay names.
+void light_solids(mjvScene& scene);
 
 }  // namespace flowscope

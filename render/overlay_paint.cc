@@ -14,6 +14,12 @@ struct Disc {
   Rgba color;
 };
 
+/// Where a pixel's ray passes a sphere: depths along z, half the way inside it, and how far from its centre
+/// the seen surface lies. Metres.
+struct Chord {
+  double enter_m, leave_m, half_m, surface_to_center_m;
+};
+
 std::vector<Disc> project_points(const Overlay& overlay, const CameraModel& camera) {
   std::vector<Disc> discs;
   for (const OverlayPoints& group : overlay.points) {
@@ -32,6 +38,46 @@ std::vector<Disc> project_points(const Overlay& overlay, const CameraModel& came
   return discs;
 }
 
+void mix(std::uint8_t* pixel, const Rgba& color, double opacity) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double ink = 255.0 * std::clamp(color[c], 0.0f, 1.0f);
+    pixel[c] = static_cast<std::uint8_t>(std::lround(pixel[c] + (ink - pixel[c]) * opacity));
+  }
+}
+
+/// How strongly a sphere tints the pixel whose ray passes it at chord half-length `half_chord`.
+double sphere_opacity(const Chord& chord, double surface_m, double radius_m, double pixel_m, double alpha) {
+  const double rim = std::pow(1 - chord.half_m / radius_m, 4);
+  const double shell = alpha + (1 - alpha) * 0.6 * rim;
+  if (surface_m <= 0) return 0.7 * shell;
+  // The line along which the sphere cuts a surface shows what is inside better than any tint.
+  const double off_sphere = std::abs(chord.surface_to_center_m - radius_m);
+  if (off_sphere < 1.5 * pixel_m) return std::min(1.0, 3.5 * alpha);
+  if (surface_m < chord.enter_m) return hidden_opacity * 0.7 * shell;
+  return surface_m < chord.leave_m ? std::min(1.0, 1.3 * alpha + 0.3 * rim) : 0.7 * shell;
+}
+
+void paint_sphere(const OverlaySphere& sphere, View& view) {
+  const CameraModel& camera = view.camera;
+  const Eigen::Vector3d center = camera.world_from_camera.inverse() * sphere.center;
+  for (int y = 0; y < view.rgb.height; ++y) {
+    for (int x = 0; x < view.rgb.width; ++x) {
+      // A point at depth z on this pixel's ray is z * ray.
+      const Eigen::Vector3d ray((x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1);
+      const double middle = ray.dot(center) / ray.squaredNorm();
+      const double reach = sphere.radius_m * sphere.radius_m - (middle * ray - center).squaredNorm();
+      if (reach <= 0) continue;
+      const double half = std::sqrt(reach), length = ray.norm();
+      const double surface = view.depth.at(x, y);
+      const Chord chord{middle - half / length, middle + half / length, half,
+                        (surface * ray - center).norm()};
+      if (chord.leave_m <= camera.near_m) continue;
+      mix(view.rgb.at(x, y), sphere.color,
+          sphere_opacity(chord, surface, sphere.radius_m, surface / camera.fx, sphere.color[3]));
+    }
+  }
+}
+
 void paint_disc(const Disc& disc, View& view) {
   const auto first = [](double v) { return std::max(0, static_cast<int>(std::floor(v))); };
   const int x_end = std::min(view.rgb.width, static_cast<int>(std::ceil(disc.u + disc.radius + 1)));
@@ -45,12 +91,10 @@ void paint_disc(const Disc& disc, View& view) {
       const bool hidden = surface > 0 && surface < disc.z - depth_tolerance_m;
       const double opacity = coverage * disc.color[3] * (hidden ? hidden_opacity : 1.0f);
       // A darker rim keeps neighbours apart and points visible on a ground of their own colour.
-      const double shade = disc.radius > 2 && distance > disc.radius - 1 ? 0.6 : 1.0;
-      std::uint8_t* pixel = view.rgb.at(x, y);
-      for (std::size_t c = 0; c < 3; ++c) {
-        pixel[c] = static_cast<std::uint8_t>(std::lround(
-            pixel[c] * (1 - opacity) + 255.0 * shade * std::clamp(disc.color[c], 0.0f, 1.0f) * opacity));
-      }
+      const float shade = disc.radius > 2 && distance > disc.radius - 1 ? 0.6f : 1.0f;
+      Rgba ink = disc.color;
+      for (std::size_t c = 0; c < 3; ++c) ink[c] *= shade;
+      mix(view.rgb.at(x, y), ink, opacity);
     }
   }
 }
@@ -66,6 +110,26 @@ std::string printable(const std::string& text) {
 }
 
 }  // namespace
+
+void paint_spheres(const Overlay& overlay, View& view) {
+  for (const OverlaySphere& sphere : overlay.spheres) {
+    if (sphere.radius_m > 0 && std::isfinite(sphere.radius_m) && sphere.center.allFinite())
+      paint_sphere(sphere, view);
+  }
+}
+
+void paint_layer(const View& layer, float opacity, View& view) {
+  for (std::size_t i = 0; i < view.depth.data.size(); ++i) {
+    const float ink_m = layer.depth.data[i], surface_m = view.depth.data[i];
+    if (ink_m <= 0) continue;
+    const bool hidden = surface_m > 0 && surface_m < ink_m - depth_tolerance_m;
+    const float weight = hidden ? opacity * hidden_opacity : opacity;
+    for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      const float below = view.rgb.data[c];
+      view.rgb.data[c] = static_cast<std::uint8_t>(std::lround(below + (layer.rgb.data[c] - below) * weight));
+    }
+  }
+}
 
 void paint_points(const Overlay& overlay, View& view) {
   for (const Disc& disc : project_points(overlay, view.camera)) paint_disc(disc, view);

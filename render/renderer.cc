@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -98,18 +99,6 @@ void set_quality(mjModel* model, const RendererOptions& options) {
   model->vis.quality.shadowsize = options.shadows ? 1024 : 0;
 }
 
-/// Where a surface of `view` hides what `alone` shows, lets it shine through.
-void show_hidden(const View& alone, View& view) {
-  for (std::size_t i = 0; i < view.depth.data.size(); ++i) {
-    const float surface = view.depth.data[i], behind = alone.depth.data[i];
-    if (behind <= 0 || surface <= 0 || surface > behind - depth_tolerance_m) continue;
-    for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
-      view.rgb.data[c] = static_cast<std::uint8_t>(
-          std::lround((1 - hidden_opacity) * view.rgb.data[c] + hidden_opacity * alone.rgb.data[c]));
-    }
-  }
-}
-
 }  // namespace
 
 struct Renderer::Impl {
@@ -162,18 +151,26 @@ struct Renderer::Impl {
     return view;
   }
 
-  /// The `count` geoms from `first` on without anything else, opaque. The arranged scene is used up.
-  View read_alone(int first, int count, const CameraModel& camera) {
+  /// Paints lines, frames and ghosts: one picture of them alone for each opacity, the most opaque last.
+  void paint_solids(const Overlay& overlay, View& view) {
     mjvScene& scene = visual.scene;
-    std::rotate(scene.geoms, scene.geoms + first, scene.geoms + first + count);
-    scene.ngeom = count;
-    scene.nskin = 0;
-    for (int i = 0; i < count; ++i) scene.geoms[i].rgba[3] = 1;
+    scene.ngeom = 0;
+    append_solids(overlay, scene);
+    if (scene.ngeom == 0) return;
+    light_solids(scene);
+    const int skins = std::exchange(scene.nskin, 0);
     const std::array flags = std::to_array(scene.flags);
     scene.flags[mjRND_SHADOW] = scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = 0;
-    View view = read(camera);
+    std::map<float, std::vector<mjvGeom>> by_opacity;
+    for (int i = 0; i < scene.ngeom; ++i) by_opacity[scene.geoms[i].rgba[3]].push_back(scene.geoms[i]);
+    for (auto& [opacity, geoms] : by_opacity) {
+      for (mjvGeom& geom : geoms) geom.rgba[3] = 1;
+      scene.ngeom = static_cast<int>(geoms.size());
+      std::copy(geoms.begin(), geoms.end(), scene.geoms);
+      paint_layer(read(view.camera), opacity, view);
+    }
     std::copy(flags.begin(), flags.end(), scene.flags);
-    return view;
+    scene.nskin = skins;
   }
 
   RendererOptions options;
@@ -193,13 +190,10 @@ Renderer::~Renderer() {
 
 ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay) {
   impl_->arrange(state, camera);
-  const int first_solid = impl_->visual.scene.ngeom;
-  append_solids(overlay, impl_->visual.scene);
-  const int solids = impl_->visual.scene.ngeom - first_solid;
-  append_spheres(overlay, impl_->visual.scene);
   View view = impl_->read(camera);
-  if (solids > 0) show_hidden(impl_->read_alone(first_solid, solids, camera), view);
+  paint_spheres(overlay, view);
   paint_points(overlay, view);
+  impl_->paint_solids(overlay, view);
   paint_labels(overlay, view);
   return std::move(view.rgb);
 }
