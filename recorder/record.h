@@ -16,7 +16,7 @@ using Observe = std::function<Observation(const SceneState&)>;
 
 struct RunReport {
   bool success = false;
-  std::optional<Demo> demo;      ///< set when success
+  std::optional<Demo> demo;      ///< set when success and there was someone to take the pictures
   int step = -1;                 ///< index of the failing script step
   int line = 0;                  ///< its line in the script
   std::string reason;            ///< empty when success; names waypoint, cause, and the success terms that are false

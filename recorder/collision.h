@@ -1,0 +1,35 @@
+// Is a joint posture free of collisions in the world as it stands? MuJoCo answers, on data of its own.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "recorder/kinematics.h"
+
+namespace flowscope {
+
+class World;
+
+/// Keeps a copy of the world's present moment (objects, fingers, what is grasped); the world may go on
+/// meanwhile, but its scene must outlive this. One thread at a time.
+///
+/// A posture collides when a moving part (arm, hand, fingers, what they hold) goes more than a millimetre
+/// into anything else. Pairs that touch already at the start may go on touching, no deeper than at the start:
+/// a hand may leave the button that it has just pressed. What is held may touch the hand.
+class CollisionChecker {
+ public:
+  explicit CollisionChecker(const World& world);
+  ~CollisionChecker();
+  CollisionChecker(const CollisionChecker&) = delete;
+  CollisionChecker& operator=(const CollisionChecker&) = delete;
+
+  bool is_free(const JointVector& q);
+  /// Deepest collision at `q` as "hand and drawer_frame, 12 mm deep"; empty when free.
+  std::string describe(const JointVector& q);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace flowscope

@@ -1,0 +1,257 @@
+#include "recorder/motion.h"
+
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include "recorder/collision.h"
+#include "recorder/trajectory.h"
+
+namespace flowscope {
+namespace {
+
+constexpr std::size_t kMostGoals = 12;   ///< postures offered to the planner
+constexpr double kGoalsApart_rad = 0.2;  ///< nearer ones are no real choice
+constexpr int kSettleFrames = 6;         ///< at most, after the last target
+constexpr double kSettled_m = 0.0005;    ///< the tool counts as arrived
+constexpr double kSettled_rad_s = 0.1;   ///< and the arm as still: the keyframe rule's bound
+constexpr double kReached_m = 0.005, kReached_rad = 2 * std::numbers::pi / 180;
+constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop of its own
+constexpr double kLinearCheck_rad = 0.01;
+
+template <typename... Args>
+std::string text(const char* format, Args... args) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, format, args...);
+  return buffer;
+}
+
+std::string place_of(const Pose& pose) {
+  return text("(%.3f, %.3f, %.3f) m", pose.position.x(), pose.position.y(), pose.position.z());
+}
+
+/// What the fingers were last told (the world keeps it in the actuators' inputs): they go on holding with
+/// that.
+double commanded_openness(const World& world, int hand) {
+  const mjModel* model = world.model();
+  for (int i = 0; i < model->nu; ++i) {
+    const int joint = model->actuator_trnid[2 * i];
+    if (model->actuator_trntype[i] != mjTRN_JOINT || model->jnt_type[joint] != mjJNT_SLIDE) continue;
+    if (model->body_parentid[model->jnt_bodyid[joint]] != hand) continue;
+    return world.data()->ctrl[i] / model->jnt_range[2 * joint + 1];
+  }
+  return world.frame().openness;
+}
+
+/// One motion in progress: sends frames on and knows when to end.
+class Run {
+ public:
+  Run(World& world, const FrameSink& sink, std::stop_token stop)
+      : world_(world), sink_(sink), stop_(std::move(stop)) {}
+  /// False when the motion shall end here.
+  bool advance(const JointVector& target, double openness) {
+    if (stop_.stop_requested()) {
+      cancelled_ = true;
+      return false;
+    }
+    frame_ = world_.advance(target, openness);
+    return !sink_ || sink_(*frame_);
+  }
+  bool cancelled() const { return cancelled_; }
+  const std::optional<Frame>& frame() const { return frame_; }
+
+ private:
+  World& world_;
+  const FrameSink& sink_;
+  std::stop_token stop_;
+  std::optional<Frame> frame_;
+  bool cancelled_ = false;
+};
+
+MotionResult failed(MotionFailure failure, std::string message) { return {failure, std::move(message)}; }
+
+class Mover {
+ public:
+  Mover(World& world, const MoveRequest& request, std::stop_token stop)
+      : world_(world),
+        request_(request),
+        stop_(std::move(stop)),
+        kinematics_(Kinematics::from_model(world.model())),
+        start_(world.frame().q) {}
+
+  MotionResult run(const FrameSink& sink) {
+    JointPath path;
+    const MotionResult result = request_.linear ? straight(path) : planned(path);
+    return result ? follow(path, sink) : result;
+  }
+
+ private:
+  std::string goal_text() const { return "the tool pose at " + place_of(request_.world_from_tool); }
+
+  MotionResult straight(JointPath& path) const {
+    double reached = 0;
+    path = straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached);
+    if (path.empty()) {
+      return failed(
+          MotionFailure::unreachable,
+          std::string("a straight line to ") + goal_text() +
+              text(" leaves the arm's reach or joint limits after %.0f %% of the way", 100 * reached));
+    }
+    if (request_.ignore_collisions) return {};
+    CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) { return checker.is_free(q); };
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      if (segment_is_free(path[i - 1], path[i], is_free, kLinearCheck_rad)) continue;
+      std::string what = checker.describe(path[i]);
+      if (what.empty()) what = checker.describe(path[i - 1]);
+      return failed(MotionFailure::in_collision, "a straight line to " + goal_text() +
+                                                     text(" collides after %.0f %% of the way: ",
+                                                          100.0 * double(i) / double(path.size() - 1)) +
+                                                     what);
+    }
+    return {};
+  }
+
+  MotionResult planned(JointPath& path) const {
+    const auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
+    if (postures.empty()) {
+      return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
+    }
+    if (request_.ignore_collisions) {
+      path = {start_, postures.front()};
+      return {};
+    }
+    CollisionChecker checker(world_);
+    std::vector<JointVector> goals;
+    for (const auto& q : postures) {
+      if (goals.size() == kMostGoals) break;
+      const bool new_choice = std::all_of(goals.begin(), goals.end(), [&](const JointVector& other) {
+        return joint_distance(q, other) >= kGoalsApart_rad;
+      });
+      if (new_choice && checker.is_free(q)) goals.push_back(q);
+    }
+    if (goals.empty()) {
+      return failed(
+          MotionFailure::in_collision,
+          goal_text() + " collides in every posture, in the nearest: " + checker.describe(postures.front()));
+    }
+    PlanLimits search;
+    search.seed = request_.seed;
+    search.time_limit_s = request_.time_limit_s;
+    Plan plan = plan_joint_path(
+        start_, goals, kinematics_.limits(), [&](const JointVector& q) { return checker.is_free(q); }, search,
+        stop_);
+    switch (plan.outcome) {
+      case PlanOutcome::solved:
+        path = std::move(plan.path);
+        return {};
+      case PlanOutcome::cancelled:
+        return failed(MotionFailure::cancelled, "cancelled while planning");
+      case PlanOutcome::timed_out:
+        return failed(MotionFailure::timed_out, std::string("no collision-free path to ") + goal_text() +
+                                                    text(" within %.1f s", search.time_limit_s));
+      case PlanOutcome::no_path:
+        break;
+    }
+    return failed(MotionFailure::timed_out, std::string("no collision-free path to ") + goal_text() +
+                                                text(" within %d tries", search.iterations));
+  }
+
+  MotionResult follow(const JointPath& path, const FrameSink& sink) const {
+    Run run(world_, sink, stop_);
+    const double openness = commanded_openness(world_, hand_body());
+    for (const auto& target : timed_targets(path)) {
+      if (!run.advance(target, openness)) return ended(run);
+    }
+    for (int i = 0; i < kSettleFrames && !settled(world_.frame(), path.back()); ++i) {
+      if (!run.advance(path.back(), openness)) return ended(run);
+    }
+    const Pose tool = world_.frame().world_from_tool;
+    const double off_m = position_error_m(tool, request_.world_from_tool);
+    const double off_rad = rotation_error_rad(tool, request_.world_from_tool);
+    // A move that may touch things (pressing, pulling) is often stopped by them: whether it did what it
+    // should is for the task's success to say. Any other move must arrive.
+    if (!request_.ignore_collisions && (off_m > kReached_m || off_rad > kReached_rad)) {
+      return failed(MotionFailure::not_reached, text("the tool stopped %.1f mm and %.1f deg from ",
+                                                     1000 * off_m, off_rad * 180 / std::numbers::pi) +
+                                                    goal_text());
+    }
+    return {};
+  }
+
+  bool settled(const Frame& frame, const JointVector& target) const {
+    const bool still = std::all_of(frame.dq.begin(), frame.dq.end(),
+                                   [](double dq) { return std::abs(dq) <= kSettled_rad_s; });
+    return still &&
+           position_error_m(frame.world_from_tool, kinematics_.world_from_tool(target)) <= kSettled_m;
+  }
+
+  int hand_body() const {
+    const mjModel* model = world_.model();
+    return model->site_bodyid[find_arm(model).tool_site];
+  }
+
+  static MotionResult ended(const Run& run) {
+    return run.cancelled() ? failed(MotionFailure::cancelled, "cancelled") : MotionResult{};
+  }
+
+  World& world_;
+  const MoveRequest& request_;
+  std::stop_token stop_;
+  Kinematics kinematics_;
+  JointVector start_;
+};
+
+}  // namespace
+
+const char* to_string(MotionFailure failure) {
+  switch (failure) {
+    case MotionFailure::none:
+      return "none";
+    case MotionFailure::unreachable:
+      return "unreachable";
+    case MotionFailure::in_collision:
+      return "in_collision";
+    case MotionFailure::timed_out:
+      return "timed_out";
+    case MotionFailure::not_reached:
+      return "not_reached";
+    case MotionFailure::cancelled:
+      return "cancelled";
+    case MotionFailure::simulation:
+      return "simulation";
+  }
+  return "unknown";
+}
+
+MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink, std::stop_token stop) {
+  try {
+    return Mover(world, request, std::move(stop)).run(sink);
+  } catch (const SimulationFailed& error) {
+    return failed(MotionFailure::simulation, error.what());
+  }
+}
+
+MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop) {
+  try {
+    const Frame before = world.frame();
+    const bool closing = openness < before.openness;
+    if (!closing) world.release();
+    Run run(world, sink, std::move(stop));
+    for (int i = 0; i < kGripperFrames; ++i) {
+      const double share = double(i + 1) / kGripperFrames;
+      if (!run.advance(before.q, std::lerp(before.openness, openness, share))) {
+        return run.cancelled() ? failed(MotionFailure::cancelled, "cancelled") : MotionResult{};
+      }
+    }
+    if (closing) world.grasp();
+    return {};
+  } catch (const SimulationFailed& error) {
+    return failed(MotionFailure::simulation, error.what());
+  }
+}
+
+}  // namespace flowscope

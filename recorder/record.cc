@@ -1,0 +1,185 @@
+#include "recorder/record.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <numbers>
+
+#include "recorder/keyframes.h"
+
+namespace flowscope {
+namespace {
+
+constexpr double kPlanningGuard_s =
+    30;  ///< planning normally ends by its number of tries, the same on every machine
+constexpr int kPatience_frames = 10;  ///< after the last step: a released object may still have to fall
+
+std::string now_utc() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char buffer[32];
+  std::strftime(buffer, sizeof buffer, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return buffer;
+}
+
+Pose turned(double yaw_rad) {
+  return {Eigen::Vector3d::Zero(), Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()))};
+}
+
+/// Among the poses that the step calls as good, the one with the least turn from the tool's present rotation.
+Pose nearest_in_yaw(const Pose& world_from_frame, const MoveStep& move, const Eigen::Quaterniond& present) {
+  const auto pose_at = [&](double yaw) { return world_from_frame * turned(yaw) * move.frame_from_tool; };
+  const auto cosine_at = [&](double yaw) { return pose_at(yaw).rotation.dot(present); };
+  if (move.yaw_symmetry == 0) {
+    // The cosine of half the turn is a cos(yaw / 2) + b sin(yaw / 2); its largest magnitude is the least
+    // turn.
+    const double a = cosine_at(0), b = (world_from_frame.rotation * Eigen::Quaterniond(0, 0, 0, 1) *
+                                        move.frame_from_tool.rotation)
+                                           .dot(present);
+    return pose_at(2 * std::atan2(b, a));
+  }
+  Pose best = pose_at(0);
+  double best_cosine = std::abs(cosine_at(0));
+  for (int k = 1; k < move.yaw_symmetry; ++k) {
+    const double yaw = 2 * std::numbers::pi * k / move.yaw_symmetry;
+    // A hair better is no better: equal choices must not hang on rounding.
+    if (std::abs(cosine_at(yaw)) > best_cosine + 1e-9) {
+      best = pose_at(yaw);
+      best_cosine = std::abs(cosine_at(yaw));
+    }
+  }
+  return best;
+}
+
+std::string false_terms(const World& world) {
+  std::string text;
+  for (const auto& term : world.terms()) {
+    if (term.met) continue;
+    text += text.empty() ? "" : "; ";
+    text += "success term " + term.name + " is false" + (term.value.empty() ? "" : " (" + term.value + ")");
+  }
+  return text.empty() ? "the task's condition does not hold" : text;
+}
+
+/// One run in progress.
+class ScriptRun {
+ public:
+  ScriptRun(World& world, const Script& script, const std::function<void(const Frame&)>& on_frame,
+            std::stop_token stop)
+      : world_(world), script_(script), on_frame_(on_frame), stop_(std::move(stop)) {
+    frames_.push_back(world.frame());
+    if (on_frame_) on_frame_(frames_.back());
+  }
+
+  /// Fills step, line and reason where it fails.
+  bool execute(RunReport& report) {
+    if (!script_.task.empty() && script_.task != world_.task().name()) {
+      report.reason =
+          "the script is for task '" + script_.task + "', the scene is '" + world_.task().name() + "'";
+      return false;
+    }
+    for (std::size_t i = 0; i < script_.steps.size() && !world_.success(); ++i) {
+      const MotionResult result = execute(script_.steps[i], i);
+      if (result) continue;
+      report.step = static_cast<int>(i);
+      report.line = script_.steps[i].line;
+      report.reason = "waypoint " + std::to_string(i + 1) + " (line " + std::to_string(report.line) +
+                      "): " + to_string(result.failure) + ": " + result.message;
+      return false;
+    }
+    return await_success(report);
+  }
+
+  std::vector<Frame> take_frames() { return std::move(frames_); }
+  double sim_seconds() const { return frames_.back().time_s - frames_.front().time_s; }
+
+ private:
+  bool keep(const Frame& frame) {
+    frames_.push_back(frame);
+    if (on_frame_) on_frame_(frame);
+    return !world_.success();
+  }
+
+  MotionResult execute(const Step& step, std::size_t index) {
+    const FrameSink sink = [this](const Frame& frame) { return keep(frame); };
+    if (const auto* gripper = std::get_if<GripperStep>(&step.what)) {
+      return move_gripper(world_, gripper->openness, sink, stop_);
+    }
+    const auto& move = std::get<MoveStep>(step.what);
+    MoveRequest request;
+    try {
+      request.world_from_tool =
+          nearest_in_yaw(world_.world_from(move.frame), move, world_.robot().world_from_tool.rotation);
+    } catch (const std::invalid_argument& error) {
+      return {MotionFailure::unreachable, error.what()};
+    }
+    request.linear = move.linear;
+    request.ignore_collisions = move.ignore_collisions;
+    request.seed = world_.episode().seed * 10'007 + index;
+    request.time_limit_s = kPlanningGuard_s;
+    return move_to(world_, request, sink, stop_);
+  }
+
+  bool await_success(RunReport& report) {
+    try {
+      const auto q = frames_.back().q;
+      const double openness = frames_.back().openness;
+      for (int i = 0; i < kPatience_frames && !world_.success(); ++i) keep(world_.advance(q, openness));
+    } catch (const SimulationFailed& error) {
+      report.reason = error.what();
+      return false;
+    }
+    if (world_.success()) return true;
+    report.step = static_cast<int>(script_.steps.size()) - 1;
+    report.line = script_.steps.back().line;
+    report.reason = false_terms(world_);
+    return false;
+  }
+
+  World& world_;
+  const Script& script_;
+  const std::function<void(const Frame&)>& on_frame_;
+  std::stop_token stop_;
+  std::vector<Frame> frames_;
+};
+
+Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& observe) {
+  const Episode& episode = world.episode();
+  Demo demo;
+  demo.info.task = episode.task;
+  demo.info.variation = episode.variation;
+  demo.info.seed = episode.seed;
+  demo.instructions = episode.instructions;
+  if (!demo.instructions.empty()) demo.info.instruction = demo.instructions.front();
+  demo.info.created = now_utc();
+  demo.bounds = world.task().bounds();
+  demo.start = observe(frames.front().state);
+  for (const int index : find_keyframes(frames)) {
+    const Frame& frame = frames[index];
+    // The openness of an action is the benchmark's bit: while the fingers still travel, where they are going.
+    demo.keyframes.push_back(
+        {index, {frame.world_from_tool, frame.gripper_open ? 1.0 : 0.0}, observe(frame.state)});
+  }
+  demo.info.frames = static_cast<int>(frames.size());
+  demo.info.keyframes = static_cast<int>(demo.keyframes.size());
+  demo.frames = std::move(frames);
+  return demo;
+}
+
+}  // namespace
+
+RunReport run_script(World& world, const Script& script, const Observe& observe,
+                     const std::function<void(const Frame&)>& on_frame, std::stop_token stop) {
+  const auto begin = std::chrono::steady_clock::now();
+  RunReport report;
+  ScriptRun run(world, script, on_frame, std::move(stop));
+  report.success = run.execute(report);
+  report.sim_seconds = run.sim_seconds();
+  if (report.success && observe) report.demo = make_demo(world, run.take_frames(), observe);
+  report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace flowscope
