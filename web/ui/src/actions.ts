@@ -60,9 +60,12 @@ export async function load_everything(): Promise<void> {
 
 export function take_event(event: ServerEvent): void {
   switch (event.type) {
-    case "state":
+    case "state": {
+      const before = store.state.snapshot?.shown;
       store.set({ snapshot: event.data });
+      follow(event.data.shown ?? null, before ?? null);
       break;
+    }
     case "train": {
       const known = store.state.train;
       const demos_changed = known !== null && known.demos !== event.data.demos;
@@ -112,18 +115,44 @@ export async function job_over(id: string): Promise<Job> {
 
 // --- traces and their steps -------------------------------------------------------------------------------------------
 
-const shown = new LatestCall<{ trace: string; step: number }>(({ trace, step }) => api.show(trace, step), report);
+type Shown = { trace: string; step: number };
+const settle_ms = 500; // an event may have been on its way when the page itself moved
 
-export async function select_trace(id: string, step?: number): Promise<void> {
+let moved_at = 0;
+const shown = new LatestCall<Shown>(async ({ trace, step }) => {
+  await api.show(trace, step);
+  moved_at = performance.now();
+}, report);
+
+/// The server draws another step than the page shows: another page moved it, a reset cleared it, or a run predicted anew.
+function follow(now: Shown | null, before: Shown | null): void {
+  const { trace, step, playing } = store.state;
+  if (playing || !shown.idle || performance.now() - moved_at < settle_ms) return;
+  if (!now) {
+    if (before && trace) store.set({ trace: null, parent: null, step: 0 });
+  } else if (now.trace !== trace?.id) {
+    fetch_trace(now.trace).then((found) => store.set({ ...found, step: now.step }), report);
+  } else if (now.step !== step) {
+    store.set({ step: now.step });
+  }
+}
+
+async function fetch_trace(id: string) {
   const trace = await api.trace(id);
   const parent = trace.parent ? await api.trace(trace.parent.trace).catch(() => null) : null;
-  store.set({ trace, parent, playing: false });
-  set_step(step ?? trace.steps.length - 1);
+  return { trace, parent };
+}
+
+export async function select_trace(id: string, step?: number): Promise<void> {
+  const found = await fetch_trace(id);
+  store.set({ ...found, playing: false });
+  set_step(step ?? last_step());
 }
 
 export function close_trace(): void {
   const { trace } = store.state;
   store.set({ trace: null, parent: null, step: 0, playing: false });
+  moved_at = performance.now();
   if (trace) api.show(trace.id, null).catch(report);
 }
 

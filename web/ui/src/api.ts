@@ -55,8 +55,8 @@ export const api = {
     json<unknown>("POST", `${v1}/reset`, { task, variation, seed }),
   set_view: (id: string, change: Partial<ViewSettings>) => json<ViewSettings>("PUT", `${v1}/views/${id_of(id)}`, change),
   drag: (id: string, drag: CameraDrag) => json<ViewSettings>("POST", `${v1}/views/${id_of(id)}/drag`, drag),
-  run_script: (script: string, record: boolean) =>
-    json<{ job: string }>("POST", `${v1}/script`, { script, record }).then((r) => r.job),
+  run_script: (what: { script: string } | { task: string }, record: boolean) =>
+    json<{ job: string }>("POST", `${v1}/script`, { ...what, record }).then((r) => r.job),
   job: (id: string) => json<Job>("GET", `${v1}/jobs/${id_of(id)}`),
   cancel: (id: string) => json<void>("DELETE", `${v1}/jobs/${id_of(id)}`),
   demos: () => json<{ demos: DemoInfo[] }>("GET", `${v1}/demos`).then((r) => r.demos),

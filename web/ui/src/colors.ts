@@ -14,6 +14,8 @@ export const chart = {
   text: "rgb(139, 148, 163)",
   grid: "rgba(148, 163, 184, 0.10)",
   neutral: "rgb(203, 213, 225)",
+  position: "rgb(124, 199, 247)",
+  rotation: "rgb(203, 213, 225)",
   other: "rgba(203, 213, 225, 0.45)",
 } as const;
 

@@ -44,5 +44,6 @@ export function job_view(test_id: string, describe: (job: Job) => Node | string 
 
 export function outcome(job: Job): string {
   if (job.result?.demo) return `Saved as demonstration ${job.result.demo}.`;
-  return job.result?.success === false ? "Finished; the task's success conditions are not met." : "Done; the task succeeded.";
+  if (job.result?.success === false) return `Finished, but the task is not done${job.message ? `: ${job.message}` : "."}`;
+  return "Done; the task succeeded.";
 }

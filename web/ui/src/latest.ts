@@ -5,6 +5,10 @@ export class LatestCall<T> {
 
   constructor(private readonly call: (value: T) => Promise<unknown>, private readonly failed: (error: unknown) => void) {}
 
+  get idle(): boolean {
+    return !this.busy;
+  }
+
   /// `merge` combines the waiting value with the new one; without it the new one replaces it.
   async send(value: T, merge?: (waiting: T, added: T) => T): Promise<void> {
     this.waiting = { value: this.waiting && merge ? merge(this.waiting.value, value) : value };

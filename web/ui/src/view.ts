@@ -1,7 +1,7 @@
 // The live picture: one MJPEG stream, MuJoCo's mouse bindings, cameras and overlays under it.
-import { act, report } from "./actions";
+import { act, close_trace, report } from "./actions";
 import { api, type CameraDrag } from "./api";
-import { fill, h, show_if } from "./dom";
+import { fill, h, set_text, show_if } from "./dom";
 import { LatestCall } from "./latest";
 import { store } from "./store";
 import type { ViewSettings } from "./types";
@@ -111,11 +111,23 @@ function overlay_toggle(): HTMLElement {
   return h("div", { class: "overlays" }, key, h("label", { class: "check" }, box, "overlays"));
 }
 
+/// While a step is drawn the picture stands still at the moment of the prediction; this says so and leads back.
+function shown_tag(): HTMLElement {
+  const text = h("span");
+  const back = h("button", { type: "button", class: "link", "data-testid": "back-to-live", onclick: () => void act(async () => close_trace()) }, "back to the live scene");
+  const tag = h("div", { class: "shown-tag", "data-testid": "shown" }, text, back);
+  store.watch((s) => [s.trace?.id, s.step] as const, (id, step) => {
+    show_if(tag, id !== undefined);
+    set_text(text, `${id ?? ""}, step ${step}`);
+  });
+  return tag;
+}
+
 export function view(): HTMLElement {
   const empty = h("p", { class: "stage-note" }, "waiting for the picture…");
   const picture = stream_picture();
   picture.addEventListener("load", () => empty.remove(), { once: true });
   return h("section", { class: "stage", "aria-label": "live view" },
-    h("div", { class: "screen" }, empty, picture),
+    h("div", { class: "screen" }, empty, picture, shown_tag()),
     h("div", { class: "view-bar" }, camera_buttons(), overlay_toggle()));
 }

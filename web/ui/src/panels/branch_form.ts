@@ -36,7 +36,7 @@ export function branch_form(): HTMLElement {
       await refresh_traces();
       await select_trace(id);
       inform(`Branched at step ${step}; the dashed curves are the parent ${trace.id}.`);
-    }, branch) }, "Run on from here");
+    }, branch) }, "Branch from here");
   const job = job_view("execute-job", (over) => (over.result?.success ? "Moved there; the task succeeded." : "Moved there; the task is not done yet."));
   const execute = h("button", { type: "button", class: "primary", "data-testid": "execute", title: "plan to the predicted keyframe and move the robot there",
     onclick: () => void act(async () => {
@@ -47,9 +47,9 @@ export function branch_form(): HTMLElement {
       await job_over(id);
     }, execute) }, "Execute");
   const element = h("section", { class: "branch" },
-    h("div", { class: "row tight" }, h("span", { class: "row-label" }, "Branch"), ...axes, h("span", { class: "unit" }, "m"),
-      h("span", { class: "inside-text" }, "r"), radius, h("span", { class: "unit" }, "m"), branch),
-    breakpoint_row(), h("div", { class: "row tight" }, execute, job.element));
+    h("div", { class: "row tight" }, h("span", { class: "row-label" }, "State"), h("span", { class: "unit" }, "x, y, z"), ...axes, h("span", { class: "unit" }, "m"),
+      h("span", { class: "inside-text" }, "radius"), radius, h("span", { class: "unit" }, "m")),
+    breakpoint_row(), h("div", { class: "row tight" }, branch, execute, job.element));
   store.watch((s) => [s.trace, s.step] as const, (trace, step) => {
     show_if(element, trace !== null);
     const now = trace?.steps[step];

@@ -19,7 +19,7 @@ function card(demo: DemoInfo, selected: boolean): HTMLElement {
     onclick: () => store.set({ selected_demo: selected ? null : demo.id }) },
     picture(demo, -1),
     h("span", { class: "card-text" }, h("b", {}, demo.task.replaceAll("_", " ")), h("span", {}, demo.instruction),
-      h("span", { class: "quiet" }, `${demo.keyframes} keyframes · ${demo.frames} frames · ${bytes(demo.bytes)}`)));
+      h("span", { class: "quiet" }, `${demo.keyframes} keyframes · seed ${demo.seed}`)));
 }
 
 function remove_button(demo: DemoInfo): HTMLElement {
@@ -43,9 +43,9 @@ function remove_button(demo: DemoInfo): HTMLElement {
 function detail(demo: DemoInfo): HTMLElement {
   const pictures = Array.from({ length: demo.keyframes + 1 }, (_, i) =>
     h("figure", { class: "shot" }, picture(demo, i - 1), h("figcaption", {}, i === 0 ? "start" : `keyframe ${i - 1}`)));
-  const facts = `${demo.id} · variation ${demo.variation} · seed ${demo.seed} · ${clock(demo.created)}`;
+  const facts = `variation ${demo.variation} · ${demo.frames} frames · ${bytes(demo.bytes)} · ${clock(demo.created)} · ${demo.id}`;
   return h("div", { class: "detail", "data-testid": "demo-detail" },
-    h("p", { class: "quiet mono" }, facts), h("div", { class: "strip", "data-testid": "keyframes" }, ...pictures),
+    h("p", { class: "quiet", title: facts }, facts), h("div", { class: "strip", "data-testid": "keyframes" }, ...pictures),
     h("div", { class: "row spread" },
       h("button", { type: "button", onclick: () => void act(() => api.reset(demo.task, demo.variation, demo.seed)) }, "Set up this scene"),
       remove_button(demo)));

@@ -71,8 +71,8 @@ export function record_panel(): HTMLElement {
   });
   const run_once = async (record: boolean) => {
     editor.mark(null);
-    const script = changed ? editor.text.value : "";
-    const id = await api.run_script(script, record).catch((error: unknown) => {
+    const task = store.state.snapshot?.task ?? "";
+    const id = await api.run_script(changed ? { script: editor.text.value } : { task }, record).catch((error: unknown) => {
       editor.mark(line_of((error as { where?: string }).where));
       throw error;
     });

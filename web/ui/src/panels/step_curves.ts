@@ -34,9 +34,9 @@ export function step_curves(): HTMLElement {
   const dash = [5, 4];
   const speed = new Chart({ test_id: "speed-chart", title: "Speed |v|", ...cursor, curves: [
     { label: "this", color: palette.action, unit: "", points: true }, { label: "parent", color: chart.other, unit: "", dash }] });
-  const distance = new Chart({ test_id: "distance-chart", title: "Distance", ...cursor, curves: [
-    { label: "to expert", color: palette.expert, unit: "mm", points: true },
-    { label: "to end", color: palette.action, unit: "mm" }, { label: "parent", color: chart.other, unit: "mm", dash }] });
+  const distance = new Chart({ test_id: "distance-chart", title: "Distance [mm]", ...cursor, curves: [
+    { label: "expert", color: palette.expert, unit: "", points: true },
+    { label: "end", color: palette.action, unit: "" }, { label: "parent", color: chart.other, unit: "", dash }] });
   const element = h("section", { class: "curves" }, speed.element, distance.element);
   store.watch((s) => [s.trace, s.parent] as const, (trace, parent) => {
     show_if(element, trace !== null);

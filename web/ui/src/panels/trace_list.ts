@@ -10,13 +10,13 @@ function row(entry: TraceEntry, chosen: boolean, other: boolean): HTMLElement {
   const select = h("button", { type: "button", class: "trace-row", "aria-pressed": String(chosen), "data-testid": "trace-row", "data-id": entry.id,
     title: `${entry.instruction}\n${clock(entry.created)}`, onclick: () => void act(async () => (chosen ? close_trace() : select_trace(entry.id))) },
     h("i", { class: chosen ? "dot action" : other ? "dot other" : "dot none" }),
-    h("span", { class: "mono" }, entry.id), h("span", { class: "quiet" }, entry.task.replaceAll("_", " ")),
+    h("span", { class: "mono" }, entry.id), h("span", { class: "quiet" }, entry.parent ? `from ${entry.parent}` : ""),
     h("span", { class: "quiet" }, `${entry.flow_steps} steps`),
     h("span", { class: entry.error ? "expert-text" : "quiet" }, error));
   const parent = entry.parent;
   return h("li", {}, select,
     parent ? h("button", { type: "button", class: "icon small", title: `branched from ${parent}: show it`, "aria-label": `show the parent ${parent}`,
-      "data-testid": "trace-parent", onclick: () => void act(() => select_trace(parent)) }, "↰") : null,
+      "data-testid": "trace-parent", onclick: () => void act(() => select_trace(parent)) }, "↰") : h("span", { class: "no-button" }),
     h("button", { type: "button", class: "icon small", title: "delete this trace", "aria-label": `delete trace ${entry.id}`,
       onclick: () => void act(() => remove_trace(entry.id)) }, "×"));
 }

@@ -2,15 +2,15 @@
 import { act, open_tab } from "../actions";
 import { api } from "../api";
 import { Chart } from "../charts";
-import { chart, palette } from "../colors";
+import { chart } from "../colors";
 import { field, fill, h, number_input, read_number, set_text, show_if } from "../dom";
 import { count, degrees, loss, minutes } from "../format";
 import { store } from "../store";
 
 const presets = [
-  { value: "nano", text: "nano: for trying things out" },
-  { value: "desk", text: "desk: for a CPU machine" },
-  { value: "paper", text: "paper: full size, GPU" },
+  { value: "nano", text: "nano (to try)" },
+  { value: "desk", text: "desk (CPU)" },
+  { value: "paper", text: "paper (GPU)" },
 ];
 
 function figure(test_id: string, label: string): { element: HTMLElement; value: HTMLElement } {
@@ -61,8 +61,8 @@ function curves(): HTMLElement[] {
   const loss_chart = new Chart({ test_id: "loss-chart", title: "Loss", x_label: "training step", log: true,
     curves: [{ label: "flow + openness", color: chart.neutral, unit: "" }] });
   const validation_chart = new Chart({ test_id: "validation-chart", title: "Held-out keyframes, median error", x_label: "training step",
-    curves: [{ label: "position", color: palette.action, unit: "mm", points: true },
-      { label: "rotation", color: palette.noise, unit: "°", axis: "right", points: true }] });
+    curves: [{ label: "position", color: chart.position, unit: "mm", points: true },
+      { label: "rotation", color: chart.rotation, unit: "°", axis: "right", points: true }] });
   store.watch((s) => [s.train?.loss_history] as const, (history) => {
     const usable = (history ?? []).filter(([, value]) => value > 0); // the axis is logarithmic
     loss_chart.set([usable.map((p) => p[0]), usable.map((p) => p[1])], "the curve starts with the first steps");
