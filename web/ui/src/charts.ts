@@ -115,6 +115,7 @@ export class Chart {
     ctx.save();
     ctx.strokeStyle = this.options.cursor_color?.() ?? chart.neutral;
     ctx.lineWidth = 2 * devicePixelRatio;
+    ctx.setLineDash([]);
     ctx.beginPath();
     ctx.moveTo(at, bbox.top);
     ctx.lineTo(at, bbox.top + bbox.height);

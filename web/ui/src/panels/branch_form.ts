@@ -47,7 +47,7 @@ export function branch_form(): HTMLElement {
       await job_over(id);
     }, execute) }, "Execute");
   const element = h("section", { class: "branch" },
-    h("div", { class: "row tight" }, h("span", { class: "row-label" }, "State"), h("span", { class: "unit" }, "x, y, z"), ...axes, h("span", { class: "unit" }, "m"),
+    h("div", { class: "row tight" }, h("span", { class: "row-label" }, "State"), ...axes, h("span", { class: "unit" }, "m"),
       h("span", { class: "inside-text" }, "radius"), radius, h("span", { class: "unit" }, "m")),
     breakpoint_row(), h("div", { class: "row tight" }, branch, execute, job.element));
   store.watch((s) => [s.trace, s.step] as const, (trace, step) => {

@@ -1,7 +1,7 @@
 // What to ask the policy on the scene as it is now.
 import { act, open_tab, refresh_traces, select_trace } from "../actions";
 import { api } from "../api";
-import { field, fill, h, number_input, read_number, show_if } from "../dom";
+import { field, h, number_input, read_number, show_if } from "../dom";
 import { store } from "../store";
 
 export function predict_form(): HTMLElement {
@@ -20,15 +20,13 @@ export function predict_form(): HTMLElement {
   const empty = h("div", { class: "empty slim", "data-testid": "debug-empty" },
     h("p", {}, "No policy yet: record demonstrations, then train."),
     h("button", { type: "button", onclick: () => open_tab((store.state.demos?.length ?? 0) > 0 ? "train" : "record") }, "Start there"));
-  const policy = h("span", { class: "quiet" });
   store.watch((s) => [s.snapshot?.policy.loaded ?? false, s.snapshot?.policy.file ?? "", s.train?.step ?? 0] as const,
     (loaded, file, step) => {
       const usable = loaded || step > 0;
       show_if(empty, !usable);
       predict.disabled = !usable;
-      fill(policy, file.split("/").pop() ?? "");
+      predict.title = `predict on the scene as it is now (p)${file ? ` with ${file}` : ""}`;
     });
   return h("section", { class: "predict" },
-    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), predict),
-    policy, empty);
+    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), predict), empty);
 }
