@@ -55,7 +55,7 @@ void append_frame(const OverlayFrame& frame, mjvScene& scene) {
     Rgba color{0.1f, 0.1f, 0.1f, frame.alpha};
     color[static_cast<std::size_t>(axis)] = 0.9f;
     const Eigen::Vector3d tip = frame.world_from_frame * (Eigen::Vector3d::Unit(axis) * frame.length_m);
-    add_connector(scene, mjGEOM_ARROW, 0.04 * frame.length_m, origin, tip, color);
+    add_connector(scene, mjGEOM_CAPSULE, 0.05 * frame.length_m, origin, tip, color);
   }
 }
 
