@@ -83,6 +83,7 @@ int run_cli(int argc, const char* const* argv) {
   add_eval_command(root, context);
   add_export_command(root, context);
   add_serve_command(root, context);
+  add_bench_command(root, context);
   name_environment_twins(root);
   try {
     root.parse(argc, argv);

@@ -14,5 +14,6 @@ void add_predict_command(CLI::App& root, Context& context);
 void add_eval_command(CLI::App& root, Context& context);
 void add_export_command(CLI::App& root, Context& context);
 void add_serve_command(CLI::App& root, Context& context);
+void add_bench_command(CLI::App& root, Context& context);
 
 }  // namespace flowscope::app
