@@ -29,8 +29,11 @@ class SuccessCheck {
  public:
   virtual ~SuccessCheck() = default;
   /// Call once per physics step, after it. `grasped` names the bodies welded to the gripper.
-  virtual bool update(const mjModel_* model, const mjData_* data, const std::vector<std::string>& grasped) = 0;
+  virtual bool update(const mjModel_* model, const mjData_* data,
+                      const std::vector<std::string>& grasped) = 0;
   virtual std::vector<SuccessTerm> terms() const = 0;
+  /// Shows in the scene what the terms latched (a pressed button turns green). Called after an update.
+  virtual void paint(mjModel_* /*model*/) const {}
 };
 
 /// What one placement chose: everything that follows from (task, variation, seed).
@@ -40,7 +43,8 @@ struct Episode {
   std::uint64_t seed = 0;
   std::vector<std::string> instructions;  ///< all phrasings; the first is THE instruction
   Script demonstration;                   ///< the task's own script for this variation
-  std::string demonstration_text;         ///< the same as YAML with every placeholder filled: what the page's editor shows
+  std::string
+      demonstration_text;  ///< the same as YAML with every placeholder filled: what the page's editor shows
 };
 
 /// A task folder, read and checked. Immutable; share between threads.
@@ -50,14 +54,15 @@ class Task {
   virtual const std::string& name() const = 0;
   virtual int variations() const = 0;
   virtual std::vector<std::string> instructions(int variation) const = 0;
-  virtual Box bounds() const = 0;      ///< keyframe box, metres, world
-  virtual int max_steps() const = 0;   ///< policy keyframes allowed per evaluation episode
+  virtual Box bounds() const = 0;     ///< keyframe box, metres, world
+  virtual int max_steps() const = 0;  ///< policy keyframes allowed per evaluation episode
   /// Compiled scene (robot + table + cameras + objects). The task owns it.
   virtual const mjModel_* model() const = 0;
-  /// Places and colours everything in model/data for this variation and seed and settles nothing (the world does).
-  /// `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
+  /// Places and colours everything in model/data for this variation and seed and settles nothing (the world
+  /// does). `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
   virtual Episode reset(mjModel_* model, mjData_* data, int variation, std::uint64_t seed) const = 0;
-  virtual std::unique_ptr<SuccessCheck> success(const mjModel_* model, const mjData_* data, const Episode& episode) const = 0;
+  virtual std::unique_ptr<SuccessCheck> success(const mjModel_* model, const mjData_* data,
+                                                const Episode& episode) const = 0;
 };
 
 /// All task folders found. Scenes compile on first use. Any thread (get() locks).
@@ -66,7 +71,8 @@ class TaskLibrary {
   /// `assets` holds robots/, scenes/, tasks/. `extra` adds folders of tasks (--tasks DIR).
   explicit TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra = {});
   std::vector<std::string> names() const;
-  /// Throws std::invalid_argument naming the known ones, or BadScript/std::runtime_error naming file and line.
+  /// Throws std::invalid_argument naming the known ones, or BadScript/std::runtime_error naming file and
+  /// line.
   std::shared_ptr<const Task> get(const std::string& name) const;
 
  private:

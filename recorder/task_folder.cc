@@ -1,0 +1,204 @@
+#include "recorder/task_folder.h"
+
+#include <mujoco/mujoco.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "recorder/success.h"
+#include "recorder/task_placement.h"
+#include "recorder/task_variations.h"
+#include "render/mujoco_guard.h"
+
+namespace flowscope {
+namespace {
+
+struct ModelDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+struct DataDeleter {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
+using DataPtr = std::unique_ptr<mjData, DataDeleter>;
+
+ModelPtr compile(const std::filesystem::path& file) {
+  install_mujoco_guard();
+  std::array<char, 1000> error{};
+  ModelPtr model(mj_loadXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
+  if (!model) throw std::runtime_error(file.string() + ": " + error.data());
+  return model;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::runtime_error(file.string() + ": can not be read");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class FolderTask : public Task {
+ public:
+  explicit FolderTask(const std::filesystem::path& folder)
+      : name_(folder.filename().string()),
+        reader_((folder / "task.yaml").string()),
+        root_(reader_.parse(read_text(folder / "task.yaml"))),
+        model_(compile(folder / "scene.xml")) {
+    reader_.check_keys(root_, "task",
+                       {"bounds", "max_steps", "variations", "draw", "instructions", "colors", "placement",
+                        "success", "demonstration"});
+    read_bounds();
+    max_steps_ = reader_.integer(reader_.require(root_, "max_steps"), "max_steps", 1, 1000);
+    variations_ = read_variations(reader_, name_, reader_.require(root_, "variations"));
+    placement_ = read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), {}), model_.get());
+    check_all();
+  }
+
+  const std::string& name() const override { return name_; }
+  int variations() const override { return static_cast<int>(variations_.size()); }
+  Box bounds() const override { return bounds_; }
+  int max_steps() const override { return max_steps_; }
+  const mjModel* model() const override { return model_.get(); }
+
+  std::vector<std::string> instructions(int variation) const override {
+    const TaskNode filled = reader_.fill(reader_.require(root_, "instructions"), bound(variation));
+    std::vector<std::string> result;
+    for (const auto& item : reader_.list(filled, "instructions")) {
+      std::string sentence;
+      if (item.is_list()) {
+        for (const auto& part : item.items) sentence += reader_.text(part, "instruction");
+      } else {
+        sentence = reader_.text(item, "instruction");
+      }
+      result.push_back(std::move(sentence));
+    }
+    if (result.empty()) reader_.fail(filled, "'instructions' is empty");
+    return result;
+  }
+
+  Episode reset(mjModel* model, mjData* data, int variation, std::uint64_t seed) const override {
+    TaskRandom random(name_, static_cast<std::uint64_t>(variation), seed);
+    const Variables variables = draw(variation, random);
+    Episode episode{name_, variation, seed, instructions(variation), {}, demonstration_text(variables)};
+    episode.demonstration = parse_script(episode.demonstration_text, name_ + " demonstration");
+    std::copy_n(model_->mat_rgba, 4 * model_->nmat, model->mat_rgba);
+    std::copy_n(model_->eq_active, model_->neq, model->eq_active);
+    std::copy_n(model_->eq_data, mjNEQDATA * model_->neq, model->eq_data);
+    paint(variables, model);
+    place(placement_, episode.demonstration, bounds_, random, model, data);
+    return episode;
+  }
+
+  std::unique_ptr<SuccessCheck> success(const mjModel* model, const mjData* data,
+                                        const Episode& episode) const override {
+    TaskRandom random(name_, static_cast<std::uint64_t>(episode.variation), episode.seed);
+    const Variables variables = draw(episode.variation, random);
+    return make_success(reader_, reader_.fill(reader_.require(root_, "success"), variables), model, data);
+  }
+
+ private:
+  const Variables& bound(int variation) const {
+    if (variation < 0 || variation >= variations()) {
+      throw std::invalid_argument("task " + name_ + " has variations 0 to " +
+                                  std::to_string(variations() - 1) + ", not " + std::to_string(variation));
+    }
+    return variations_[static_cast<std::size_t>(variation)];
+  }
+
+  Variables draw(int variation, TaskRandom& random) const {
+    Variables variables = bound(variation);
+    draw_variables(reader_, root_.find("draw"), random, variables);
+    return variables;
+  }
+
+  void read_bounds() {
+    const TaskNode& node = reader_.require(root_, "bounds");
+    reader_.check_keys(node, "bounds", {"min", "max"});
+    const auto lower = reader_.numbers(reader_.require(node, "min"), "min", 3);
+    const auto upper = reader_.numbers(reader_.require(node, "max"), "max", 3);
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (lower[k] >= upper[k]) reader_.fail(node, "'min' must be below 'max' on every axis");
+      bounds_.min[i] = lower[k];
+      bounds_.max[i] = upper[k];
+    }
+  }
+
+  void paint(const Variables& variables, mjModel* model) const {
+    const TaskNode* colors = root_.find("colors");
+    if (!colors) return;
+    for (const auto& rule : reader_.fill(*colors, variables).items) {
+      reader_.check_keys(rule, "colors", {"material", "color"});
+      const TaskNode &material = reader_.require(rule, "material"), &color = reader_.require(rule, "color");
+      const int id = mj_name2id(model, mjOBJ_MATERIAL, reader_.text(material, "material").c_str());
+      if (id < 0) reader_.fail(material, "the scene has no material '" + material.text + "'");
+      try {
+        const auto rgb = color_rgb(reader_.text(color, "color"));
+        std::copy(rgb.begin(), rgb.end(), model->mat_rgba + 4 * id);
+      } catch (const std::invalid_argument& error) {
+        reader_.fail(color, error.what());
+      }
+    }
+  }
+
+  std::string demonstration_text(const Variables& variables) const {
+    const TaskNode filled = reader_.fill(reader_.require(root_, "demonstration"), variables);
+    std::string text = "task: " + name_ + "\nsteps:\n";
+    for (const auto& step : reader_.list(filled, "demonstration")) {
+      if (!step.is_map() || step.keys.size() != 1)
+        reader_.fail(step, "a step is one 'move: …' or one 'gripper: …'");
+      text += "  - " + step.keys[0] + ": " + to_yaml(step.items[0]) + "\n";
+    }
+    return text;
+  }
+
+  /// The steps one by one, each at its own line of task.yaml, so that a complaint names the true place; and
+  /// their frames.
+  void check_demonstration(const Variables& variables) const {
+    const TaskNode filled = reader_.fill(reader_.require(root_, "demonstration"), variables);
+    for (const auto& step : reader_.list(filled, "demonstration")) {
+      const std::string above(static_cast<std::size_t>(std::max(step.line - 2, 0)), '\n');
+      const Script script = parse_script(above + "steps:\n- " + to_yaml(step), reader_.file());
+      const auto* move = std::get_if<MoveStep>(&script.steps.at(0).what);
+      if (!move || move->frame == "world" || mj_name2id(model_.get(), mjOBJ_SITE, move->frame.c_str()) >= 0 ||
+          mj_name2id(model_.get(), mjOBJ_BODY, move->frame.c_str()) >= 0) {
+        continue;
+      }
+      reader_.fail(step, "the scene has no body or site '" + move->frame + "'");
+    }
+  }
+
+  /// Everything that depends on a variation, so that a mistake shows when the task is read and not in some
+  /// episode.
+  void check_all() const {
+    const DataPtr data(mj_makeData(model_.get()));
+    const ModelPtr scratch(mj_copyModel(nullptr, model_.get()));
+    for (int i = 0; i < variations(); ++i) {
+      TaskRandom random(name_, static_cast<std::uint64_t>(i), 0);
+      const Variables variables = draw(i, random);
+      instructions(i);
+      paint(variables, scratch.get());
+      check_demonstration(variables);
+      make_success(reader_, reader_.fill(reader_.require(root_, "success"), variables), model_.get(),
+                   data.get());
+    }
+  }
+
+  std::string name_;
+  TaskReader reader_;
+  TaskNode root_;
+  ModelPtr model_;
+  Box bounds_;
+  int max_steps_ = 0;
+  std::vector<Variables> variations_;
+  Placement placement_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Task> load_task(const std::filesystem::path& folder) {
+  return std::make_shared<FolderTask>(folder);
+}
+
+}  // namespace flowscope

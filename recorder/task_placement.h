@@ -1,0 +1,63 @@
+// Where an episode's objects stand.
+//
+//   placement:
+//     root: {position: [0.25, 0, 0.752], x: [-0.05, 0.05], y: 0, yaw_deg: [-180, 180]}   # offsets are
+//     optional min_distance: 0.10                # metres between footprints objects: # positions and yaw in
+//     the root's frame; a range is a number or [lower, upper]
+//       - {body: button_1, x: [-0.25, 0.25], y: [-0.3, 0.3], z: 0, yaw_deg: [-180, 180], footprint: [0.1,
+//       0.1]}
+//
+// A placement is drawn again until the footprints keep their distance and every waypoint of the demonstration
+// lies within the task's keyframe bounds.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "recorder/task_random.h"
+#include "recorder/task_tree.h"
+#include "render/observation.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace flowscope {
+
+struct Range {
+  double lower = 0, upper = 0;
+  double draw(TaskRandom& random) const { return lower == upper ? lower : random.uniform(lower, upper); }
+};
+
+struct PlacedObject {
+  int body = 0;                             ///< a mocap body, or one with a free joint
+  Range x, y, z, yaw;                       ///< metres and rad in the root's frame
+  double footprint_x = 0, footprint_y = 0;  ///< metres, whole sides; 0: keeps no distance
+};
+
+struct Placement {
+  Eigen::Vector3d root{0, 0, 0};  ///< metres, world
+  Range root_x, root_y, root_yaw;
+  double min_distance = 0;
+  std::vector<PlacedObject> objects;
+};
+
+/// Throws BadScript for unknown bodies and bodies that can not be moved.
+Placement read_placement(const TaskReader& reader, const TaskNode& node, const mjModel_* model);
+
+/// Writes one accepted placement into `data` and brings its kinematics up to date. Throws std::runtime_error
+/// when none is found in a bounded number of tries.
+void place(const Placement& placement, const Script& demonstration, const Box& bounds, TaskRandom& random,
+           const mjModel_* model, mjData_* data);
+
+/// Smallest distance between two upright boxes seen from above; 0 when they overlap.
+struct Footprint {
+  Eigen::Vector2d center{0, 0};
+  double yaw = 0, half_x = 0, half_y = 0;
+};
+double footprint_distance(const Footprint& a, const Footprint& b);
+
+/// World pose of a frame that a script may name: world, a site (tool among them) or a body. Kinematics must
+/// be up to date. Empty for an unknown name.
+std::optional<Pose> find_frame(const mjModel_* model, const mjData_* data, const std::string& name);
+
+}  // namespace flowscope
