@@ -206,7 +206,11 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 300_000 }, () =
     await at("branch").click();
     await until(async () => /branched from .* at step 0/.test(await text("trace-origin")), "the branch");
     assert.equal(await at("trace-row").count(), before_predicting + 2);
-    assert.ok((await at("trace-parent").count()) >= 1);
+    assert.match(await text("comparison"), /mm apart at t = .*mm at the end/);
+    await at("trace-parent").click();
+    await until(async () => !(await text("trace-origin")).includes("branched"), "the parent");
+    await at("trace-compare").first().click();
+    await until(() => at("comparison").isVisible(), "the comparison");
   });
 
   test("the mouse turns, shifts and zooms the camera", async () => {

@@ -129,7 +129,7 @@ function follow(now: Shown | null, before: Shown | null): void {
   const { trace, step, playing } = store.state;
   if (playing || !shown.idle || performance.now() - moved_at < settle_ms) return;
   if (!now) {
-    if (before && trace) store.set({ trace: null, parent: null, step: 0 });
+    if (before && trace) store.set({ trace: null, other: null, step: 0 });
   } else if (now.trace !== trace?.id) {
     fetch_trace(now.trace).then((found) => store.set({ ...found, step: now.step }), report);
   } else if (now.step !== step) {
@@ -139,8 +139,8 @@ function follow(now: Shown | null, before: Shown | null): void {
 
 async function fetch_trace(id: string) {
   const trace = await api.trace(id);
-  const parent = trace.parent ? await api.trace(trace.parent.trace).catch(() => null) : null;
-  return { trace, parent };
+  const other = trace.parent ? await api.trace(trace.parent.trace).catch(() => null) : null;
+  return { trace, other };
 }
 
 export async function select_trace(id: string, step?: number): Promise<void> {
@@ -149,9 +149,14 @@ export async function select_trace(id: string, step?: number): Promise<void> {
   set_step(step ?? last_step());
 }
 
+/// Puts another trace's curves and end beside the shown one's; the same again takes them away.
+export async function compare_with(id: string): Promise<void> {
+  store.set({ other: store.state.other?.id === id ? null : await api.trace(id) });
+}
+
 export function close_trace(): void {
   const { trace } = store.state;
-  store.set({ trace: null, parent: null, step: 0, playing: false });
+  store.set({ trace: null, other: null, step: 0, playing: false });
   moved_at = performance.now();
   if (trace) api.show(trace.id, null).catch(report);
 }

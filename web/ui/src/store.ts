@@ -19,14 +19,14 @@ export interface PageState {
   selected_demo: string | null;
   traces: TraceEntry[];
   trace: Trace | null;
-  parent: Trace | null; // of a branched trace: the other future
+  other: Trace | null; // compared with the shown one: first the parent of a branch, then what the user picks
   step: number;
   playing: boolean;
 }
 
 export const initial: PageState = {
   connection: "connecting", loading_message: "", retry_at: 0, notice: null, tab: "record", tasks: [], snapshot: null,
-  jobs: new Map(), train: null, demos: null, selected_demo: null, traces: [], trace: null, parent: null, step: 0,
+  jobs: new Map(), train: null, demos: null, selected_demo: null, traces: [], trace: null, other: null, step: 0,
   playing: false,
 };
 

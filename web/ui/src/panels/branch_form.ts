@@ -35,7 +35,7 @@ export function branch_form(): HTMLElement {
         ...(Math.abs(wanted_radius - now.region.radius) > 5e-4 ? { radius: wanted_radius } : {}) });
       await refresh_traces();
       await select_trace(id);
-      inform(`Branched at step ${step}; the dashed curves are the parent ${trace.id}.`);
+      inform(`Branched at step ${step}; the dashed curves are its parent ${trace.id}.`);
     }, branch) }, "Branch from here");
   const job = job_view("execute-job", (over) => (over.result?.success ? "Moved there; the task succeeded." : "Moved there; the task is not done yet."));
   const execute = h("button", { type: "button", class: "primary", "data-testid": "execute", title: "plan to the predicted keyframe and move the robot there",

@@ -1,4 +1,4 @@
-// Speed and distance over the steps, with a line at the shown one; a branch is drawn beside its parent.
+// Speed and distance over the steps, with a line at the shown one; another trace is drawn beside it, dashed.
 import { go_to_step } from "../actions";
 import { Chart } from "../charts";
 import { chart, flow_color, palette } from "../colors";
@@ -33,19 +33,19 @@ export function step_curves(): HTMLElement {
   };
   const dash = [5, 4];
   const speed = new Chart({ test_id: "speed-chart", title: "Speed |v|", ...cursor, curves: [
-    { label: "this", color: palette.action, unit: "", points: true }, { label: "parent", color: chart.other, unit: "", dash }] });
+    { label: "this", color: palette.action, unit: "", points: true }, { label: "other", color: chart.other, unit: "", dash }] });
   const distance = new Chart({ test_id: "distance-chart", title: "Distance [mm]", ...cursor, curves: [
     { label: "expert", color: palette.expert, unit: "", points: true },
-    { label: "end", color: palette.action, unit: "" }, { label: "parent", color: chart.other, unit: "", dash }] });
+    { label: "end", color: palette.action, unit: "" }, { label: "other", color: chart.other, unit: "", dash }] });
   const element = h("section", { class: "curves" }, speed.element, distance.element);
-  store.watch((s) => [s.trace, s.parent] as const, (trace, parent) => {
+  store.watch((s) => [s.trace, s.other] as const, (trace, other) => {
     show_if(element, trace !== null);
     if (!trace) return;
-    const ts = [...new Set([...trace.steps, ...(parent?.steps ?? [])].map((step) => step.t))].sort((a, b) => a - b);
-    speed.set([ts, values(trace, "speed", ts), values(parent, "speed", ts)]);
+    const ts = [...new Set([...trace.steps, ...(other?.steps ?? [])].map((step) => step.t))].sort((a, b) => a - b);
+    speed.set([ts, values(trace, "speed", ts), values(other, "speed", ts)]);
     const expert = trace.expert?.position;
     distance.set([ts, distances_mm(trace, expert, ts), distances_mm(trace, trace.result.position, ts),
-      distances_mm(parent, expert ?? parent?.result.position, ts)]);
+      distances_mm(other, expert ?? other?.result.position, ts)]);
   });
   store.watch((s) => [s.step] as const, () => {
     speed.redraw();

@@ -25,14 +25,23 @@ function verdict(trace: Trace): string {
   return `Ends ${millimetres(error.position_m)} and ${degrees(error.rotation_deg)} from the expert; gripper ${error.open_correct ? "as" : "not as"} the expert's.`;
 }
 
+/// The other trace at the same flow time (its nearest step), and where it ends.
+function comparison(trace: Trace, other: Trace, k: number): string {
+  const { t, pose } = trace.steps[k]!;
+  const there = other.steps.reduce((best, step) => (Math.abs(step.t - t) < Math.abs(best.t - t) ? step : best));
+  return `Beside ${other.id}: ${millimetres(distance_m(pose.position, there.pose.position))} apart at t = ${there.t.toFixed(3)}, ` +
+    `${millimetres(distance_m(trace.result.position, other.result.position))} at the end.`;
+}
+
 export function step_numbers(): HTMLElement {
   const heading = h("b", { class: "t", "data-testid": "step-t" });
   const origin = h("span", { class: "quiet", "data-testid": "trace-origin" });
   const cells = rows.map((row) => h("dd", { "data-testid": row.test_id, ...(row.tone ? { class: `${row.tone}-text` } : {}) }));
   const list = h("dl", { class: "numbers" }, ...rows.flatMap((row, i) => [h("dt", {}, row.label), cells[i]!]));
   const error = h("p", { class: "verdict", "data-testid": "trace-error" });
-  const element = h("section", { class: "step-numbers" }, h("div", { class: "row spread" }, heading, origin), list, error);
-  store.watch((s) => [s.trace, s.step] as const, (trace, step) => {
+  const beside = h("p", { class: "quiet", "data-testid": "comparison" });
+  const element = h("section", { class: "step-numbers" }, h("div", { class: "row spread" }, heading, origin), list, error, beside);
+  store.watch((s) => [s.trace, s.other, s.step] as const, (trace, other, step) => {
     const now = trace?.steps[step];
     show_if(element, now !== undefined);
     if (!trace || !now) return;
@@ -43,6 +52,8 @@ export function step_numbers(): HTMLElement {
       `${policy.backbone}, ${policy.objective}, radius ${radius.kind}, weights ${policy.generation}, seed ${trace.seed}`);
     rows.forEach((row, i) => set_text(cells[i]!, row.text(trace, step)));
     set_text(error, verdict(trace));
+    show_if(beside, other !== null);
+    set_text(beside, other ? comparison(trace, other, step) : "");
     error.dataset.tone = trace.error ? "expert" : "off";
   });
   return element;
