@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "policy/causal_conv.h"
 #include "policy/selective_scan.h"
 
 namespace flowscope {
@@ -16,16 +17,6 @@ torch::Tensor initial_step_bias(std::int64_t channels) {
   const double low = std::log(kSmallestInitialStep), high = std::log(kLargestInitialStep);
   const torch::Tensor step = torch::exp(torch::rand({channels}) * (high - low) + low).clamp_min(kStepFloor);
   return step + torch::log(-torch::expm1(-step));
-}
-
-/// y[l] = bias + sum_k weight[k] x[l - taps + 1 + k]; x [batch, length, channels], weight [taps, channels].
-torch::Tensor causal_convolution(const torch::Tensor& x, const torch::Tensor& weight,
-                                 const torch::Tensor& bias) {
-  const std::int64_t taps = weight.size(0), length = x.size(1);
-  const torch::Tensor padded = torch::constant_pad_nd(x, {0, 0, taps - 1, 0});
-  torch::Tensor sum = bias;
-  for (std::int64_t k = 0; k < taps; ++k) sum = sum + padded.narrow(1, k, length) * weight[k];
-  return sum;
 }
 
 void check_options(const MambaOptions& options) {
@@ -83,7 +74,7 @@ torch::Tensor MambaBlockImpl::forward(const torch::Tensor& x, const torch::Tenso
     normed = normed * (1 + scale_shift[0]) + scale_shift[1];
   }
   const auto x_and_z = in_proj_->forward(normed).chunk(2, 2);
-  const torch::Tensor u = torch::silu(causal_convolution(x_and_z[0], conv_weight_, conv_bias_));
+  const torch::Tensor u = causal_conv_silu(x_and_z[0], conv_weight_, conv_bias_);
   const std::int64_t d_state = options.d_state, dt_rank = dt_proj_->options.in_features();
   const auto parts = x_proj_->forward(u).split_with_sizes({dt_rank, d_state, d_state}, 2);
   const torch::Tensor delta = torch::softplus(dt_proj_->forward(parts[0]));

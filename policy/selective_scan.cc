@@ -1,21 +1,183 @@
 #include "policy/selective_scan.h"
 
+#include <ATen/Parallel.h>
+
+#include <algorithm>
 #include <vector>
 
+#include "policy/flush_denormals.h"
+#include "policy/mamba_kernels.h"
+#include "policy/tensor_rows.h"
+
 namespace flowscope {
+namespace {
+
+constexpr const char* kName = "selective_scan";
+
+void check(const ScanArguments& a) {
+  for (const auto* tensor : {&a.u, &a.B}) {
+    if (!tensor->defined() || tensor->dim() != 3) {
+      throw std::invalid_argument("selective_scan: u and B must have three dimensions");
+    }
+  }
+  const std::int64_t batch = a.u.size(0), length = a.u.size(1), channels = a.u.size(2), states = a.B.size(2);
+  if (states < 1 || states > kMaxScanStates) {
+    throw std::invalid_argument("selective_scan: 1 to 64 states, not " + std::to_string(states));
+  }
+  require_float(kName, "u", a.u, {batch, length, channels});
+  require_float(kName, "delta", a.delta, {batch, length, channels});
+  require_float(kName, "A", a.A, {channels, states});
+  require_float(kName, "B", a.B, {batch, length, states});
+  require_float(kName, "C", a.C, {batch, length, states});
+  require_float(kName, "D", a.D, {channels});
+  if (a.z.defined()) require_float(kName, "z", a.z, {batch, length, channels});
+  if (a.h0.defined()) require_float(kName, "h0", a.h0, {batch, channels, states});
+}
+
+/// The arguments in the layout that the kernels read; holds what `inputs` points into.
+struct Prepared {
+  torch::Tensor u, delta, z, B, C, A_by_state, D, h0_by_state;
+  ScanInputs inputs;
+
+  explicit Prepared(const ScanArguments& a)
+      : u(with_even_rows(a.u)),
+        delta(with_even_rows(a.delta)),
+        B(with_even_rows(a.B)),
+        C(with_even_rows(a.C)),
+        A_by_state(a.A.t().contiguous()),
+        D(a.D.contiguous()) {
+    inputs.shape = {a.u.size(0), a.u.size(1), a.u.size(2), a.B.size(2)};
+    inputs.u = rows_of(u), inputs.delta = rows_of(delta), inputs.B = rows_of(B), inputs.C = rows_of(C);
+    if (a.z.defined()) z = with_even_rows(a.z), inputs.z = rows_of(z);
+    inputs.A = A_by_state.data_ptr<float>(), inputs.D = D.data_ptr<float>();
+    if (a.h0.defined()) {
+      h0_by_state = a.h0.transpose(1, 2).contiguous();
+      inputs.h0 = h0_by_state.data_ptr<float>();
+    }
+  }
+};
+
+/// Channels do not meet in the forward pass, so a small batch is also cut along them.
+void run_forward(const MambaKernels& kernels, const ScanInputs& inputs, const ScanOutputs& outputs) {
+  constexpr std::int64_t kWantedTasks = 8;
+  const std::int64_t batch = inputs.shape.batch, blocks = kernels.blocks(inputs.shape.channels);
+  if (batch == 0 || blocks == 0) return;
+  const std::int64_t parts = std::clamp(kWantedTasks / batch, std::int64_t{1}, blocks);
+  at::parallel_for(0, batch * parts, 1, [&](std::int64_t begin, std::int64_t end) {
+    const FlushDenormals flush;
+    for (std::int64_t task = begin; task < end; ++task) {
+      const std::int64_t part = task % parts;
+      kernels.scan_forward(inputs, outputs, task / parts, part * blocks / parts, (part + 1) * blocks / parts);
+    }
+  });
+}
+
+void run_backward(const MambaKernels& kernels, const ScanInputs& inputs, const ScanGradients& gradients) {
+  at::parallel_for(0, inputs.shape.batch, 1, [&](std::int64_t begin, std::int64_t end) {
+    const FlushDenormals flush;
+    std::vector<float> scratch(kernels.scratch_floats(inputs.shape));
+    for (std::int64_t item = begin; item < end; ++item) {
+      kernels.scan_backward(inputs, gradients, item, scratch.data());
+    }
+  });
+}
+
+class ScanFunction : public torch::autograd::Function<ScanFunction> {
+ public:
+  /// What has no gradient; torch takes only tensors, present or not, for differentiable.
+  struct Fixed {
+    torch::Tensor h0;
+    const MambaKernels* kernels;
+  };
+
+  static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& u,
+                               const torch::Tensor& delta, const torch::Tensor& A, const torch::Tensor& B,
+                               const torch::Tensor& C, const torch::Tensor& D,
+                               const c10::optional<torch::Tensor>& gate, const Fixed& fixed) {
+    const torch::Tensor z = gate.value_or(torch::Tensor());
+    const Prepared prepared({u, delta, A, B, C, D, z, fixed.h0});
+    const ScanShape& shape = prepared.inputs.shape;
+    torch::Tensor y = torch::empty(u.sizes(), u.options());
+    torch::Tensor chunk_states =
+        torch::empty({shape.batch, shape.chunks(), shape.states, shape.channels}, u.options());
+    run_forward(*fixed.kernels, prepared.inputs,
+                {y.data_ptr<float>(), chunk_states.data_ptr<float>(), nullptr});
+    context->save_for_backward({u, delta, A, B, C, D, z, chunk_states});
+    context->saved_data["kernels"] = reinterpret_cast<std::int64_t>(fixed.kernels);
+    return y;
+  }
+
+  static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                 const torch::autograd::variable_list& output_gradients) {
+    refuse_second_derivative(kName);
+    const auto saved = context->get_saved_variables();
+    const auto* kernels = reinterpret_cast<const MambaKernels*>(context->saved_data["kernels"].toInt());
+    const Prepared prepared({saved[0], saved[1], saved[2], saved[3], saved[4], saved[5], saved[6], {}});
+    const ScanShape& shape = prepared.inputs.shape;
+    const torch::Tensor dy = output_gradients[0].contiguous();
+    const auto like_u = [&] { return torch::empty(dy.sizes(), dy.options()); };
+    const std::int64_t blocks = kernels->blocks(shape.channels);
+    torch::Tensor du = like_u(), ddelta = like_u(), dz = saved[6].defined() ? like_u() : torch::Tensor();
+    torch::Tensor dB = torch::empty({shape.batch, shape.length, shape.states}, dy.options());
+    torch::Tensor dC = torch::empty_like(dB);
+    torch::Tensor dA = torch::empty({shape.batch, blocks, shape.states, kernels->width}, dy.options());
+    torch::Tensor dD = torch::empty({shape.batch, blocks, kernels->width}, dy.options());
+    ScanGradients gradients;
+    gradients.dy = dy.data_ptr<float>(), gradients.chunk_states = saved[7].data_ptr<float>();
+    gradients.du = du.data_ptr<float>(), gradients.ddelta = ddelta.data_ptr<float>();
+    if (dz.defined()) gradients.dz = dz.data_ptr<float>();
+    gradients.dB = dB.data_ptr<float>(), gradients.dC = dC.data_ptr<float>();
+    gradients.dA = dA.data_ptr<float>(), gradients.dD = dD.data_ptr<float>();
+    run_backward(*kernels, prepared.inputs, gradients);
+    // From blocks of `width` channels back to one row per channel.
+    const torch::Tensor dA_rows = sum_in_order(dA).transpose(1, 2).reshape({-1, shape.states});
+    const torch::Tensor dD_row = sum_in_order(dD).reshape({-1});
+    return {du, ddelta, dA_rows.narrow(0, 0, shape.channels), dB, dC, dD_row.narrow(0, 0, shape.channels),
+            dz, {}};
+  }
+};
+
+ScanResult run_without_gradient(const MambaKernels& kernels, const ScanArguments& arguments,
+                                bool keep_state) {
+  const torch::NoGradGuard no_grad;
+  const Prepared prepared(arguments);
+  const ScanShape& shape = prepared.inputs.shape;
+  ScanResult result{torch::empty(arguments.u.sizes(), arguments.u.options()), {}};
+  torch::Tensor last_by_state;
+  if (keep_state)
+    last_by_state = torch::empty({shape.batch, shape.states, shape.channels}, arguments.u.options());
+  run_forward(kernels, prepared.inputs,
+              {result.y.data_ptr<float>(), nullptr, keep_state ? last_by_state.data_ptr<float>() : nullptr});
+  if (keep_state) result.last_state = last_by_state.transpose(1, 2).contiguous();
+  return result;
+}
+
+bool wants_gradient(const ScanArguments& a) {
+  const auto differentiated = {&a.u, &a.delta, &a.A, &a.B, &a.C, &a.D, &a.z};
+  return torch::GradMode::is_enabled() &&
+         std::any_of(differentiated.begin(), differentiated.end(), [](const torch::Tensor* tensor) {
+           return tensor->defined() && tensor->requires_grad();
+         });
+}
+
+}  // namespace
+
+torch::Tensor selective_scan_on(const MambaKernels& kernels, const ScanArguments& a) {
+  check(a);
+  if (!wants_gradient(a)) return run_without_gradient(kernels, a, false).y;
+  const c10::optional<torch::Tensor> gate = a.z.defined() ? c10::make_optional(a.z) : c10::nullopt;
+  return ScanFunction::apply(a.u, a.delta, a.A, a.B, a.C, a.D, gate, ScanFunction::Fixed{a.h0, &kernels});
+}
 
 torch::Tensor selective_scan(const torch::Tensor& u, const torch::Tensor& delta, const torch::Tensor& A,
                              const torch::Tensor& B, const torch::Tensor& C, const torch::Tensor& D,
                              const torch::Tensor& z, const torch::Tensor& h0) {
-  torch::Tensor h = h0.defined() ? h0 : torch::zeros({u.size(0), u.size(2), A.size(1)}, u.options());
-  std::vector<torch::Tensor> y;
-  for (std::int64_t l = 0; l < u.size(1); ++l) {
-    const auto u_l = u.select(1, l), delta_l = delta.select(1, l);
-    h = torch::exp(delta_l.unsqueeze(2) * A) * h + (delta_l * u_l).unsqueeze(2) * B.select(1, l).unsqueeze(1);
-    y.push_back((C.select(1, l).unsqueeze(1) * h).sum(2) + D * u_l);
-  }
-  const torch::Tensor stacked = torch::stack(y, 1);
-  return z.defined() ? stacked * torch::silu(z) : stacked;
+  return selective_scan_on(*supported_mamba_kernels().front(), {u, delta, A, B, C, D, z, h0});
+}
+
+ScanResult selective_scan_keeping_state(const ScanArguments& arguments) {
+  check(arguments);
+  return run_without_gradient(*supported_mamba_kernels().front(), arguments, true);
 }
 
 }  // namespace flowscope
