@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMostGoals = 12;   ///< postures offered to the planner
 constexpr double kGoalsApart_rad = 0.2;  ///< nearer ones are no real choice
+constexpr double kRoom_rad = 0.3;        ///< from a joint limit: enough
+constexpr double kLackOfRoom = 5;        ///< how much farther, per rad of it lacking, another posture may be
 constexpr int kSettleFrames = 6;         ///< at most, after the last target
 constexpr double kSettled_m = 0.0005;    ///< the tool counts as arrived
 constexpr double kSettled_rad_s = 0.1;   ///< and the arm as still: the keyframe rule's bound
@@ -115,8 +117,22 @@ class Mover {
     return {};
   }
 
+  /// A posture near a joint limit is often near, but the next straight line may start there.
+  void prefer_room_to_move(std::vector<JointVector>& postures) const {
+    const auto cost = [this](const JointVector& q) {
+      double room = kRoom_rad;
+      for (std::size_t i = 0; i < q.size(); ++i) {
+        room = std::min({room, q[i] - kinematics_.limits().lower[i], kinematics_.limits().upper[i] - q[i]});
+      }
+      return joint_distance(q, start_) + kLackOfRoom * (kRoom_rad - room);
+    };
+    std::stable_sort(postures.begin(), postures.end(),
+                     [&](const JointVector& a, const JointVector& b) { return cost(a) < cost(b); });
+  }
+
   MotionResult planned(JointPath& path) const {
-    const auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
+    auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
+    prefer_room_to_move(postures);
     if (postures.empty()) {
       return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
     }
