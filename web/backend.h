@@ -1,4 +1,5 @@
-// What the server asks of the program behind it, in typed values: no JSON, no HTTP. app's Studio implements it.
+// What the server asks of the program behind it, in typed values: no JSON, no HTTP. app's Studio implements
+// it.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +17,15 @@
 
 namespace flowscope::web {
 
-/// An answer that is not success. `status` is the HTTP status; `where` names the place in the input, may be empty.
+/// An answer that is not success. `status` is the HTTP status; `where` names the place in the input, may be
+/// empty.
 class ApiError : public std::runtime_error {
  public:
   ApiError(int http_status, std::string error_code, const std::string& message, std::string place = {})
-      : std::runtime_error(message), status(http_status), code(std::move(error_code)), where(std::move(place)) {}
+      : std::runtime_error(message),
+        status(http_status),
+        code(std::move(error_code)),
+        where(std::move(place)) {}
   int status;
   std::string code, where;
 };
@@ -66,18 +71,21 @@ struct StateSnapshot {
   TrainStatus train;
   PolicyStatus policy;
   int viewers = 0;
-  struct Shown { std::string trace; int step = 0; };
+  struct Shown {
+    std::string trace;
+    int step = 0;
+  };
   std::optional<Shown> shown;  ///< the trace step drawn over the views
 };
 
 struct JobStatus {
-  std::string id, kind;   ///< kind: script, execute, export
-  std::string state;      ///< queued, running, done, failed, cancelled
-  double progress = 0;    ///< 0 … 1
-  std::string message;    ///< what it does now
+  std::string id, kind;  ///< kind: script, execute, export
+  std::string state;     ///< queued, running, done, failed, cancelled
+  double progress = 0;   ///< 0 … 1
+  std::string message;   ///< what it does now
   /// Result by kind; empty strings where it does not apply.
   std::string demo, url, path;
-  bool success = false;   ///< script: saved/succeeded; execute: task success
+  bool success = false;                  ///< script: saved/succeeded; execute: task success
   std::string error_code, error, where;  ///< when failed
 };
 
@@ -98,9 +106,9 @@ struct TrainRequest {
 struct TrainReport {
   bool running = false;
   TrainStatus status;
-  std::vector<std::pair<std::int64_t, double>> loss_history;        ///< step, loss; thinned to at most 1000
+  std::vector<std::pair<std::int64_t, double>> loss_history;  ///< step, loss; thinned to at most 1000
   std::vector<std::tuple<std::int64_t, double, double>> validation_history;  ///< step, mm, degrees
-  std::string error;  ///< why it stopped, if it failed
+  std::string error;                                                         ///< why it stopped, if it failed
 };
 
 struct PredictRequest {
@@ -147,14 +155,15 @@ struct Metrics {
   std::uint64_t frames_rendered = 0, frames_encoded = 0, predictions = 0, train_steps = 0;
 };
 
-/// What a mouse drag in the live picture does, with MuJoCo's bindings; the deltas are fractions of the view's height.
+/// What a mouse drag in the live picture does, with MuJoCo's bindings; the deltas are fractions of the view's
+/// height.
 struct CameraDrag {
   std::string action;  ///< rotate, pan, zoom
   double dx = 0, dy = 0;
 };
 
-/// Called from the server's worker threads, several at a time; every method may block for as long as it must, except
-/// health(), which answers at once. Throws ApiError.
+/// Called from the server's worker threads, several at a time; every method may block for as long as it must,
+/// except health(), which answers at once. Throws ApiError.
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -162,18 +171,21 @@ class Backend {
   virtual Metrics metrics() = 0;
   virtual StateSnapshot state() = 0;
   virtual std::vector<TaskEntry> tasks() = 0;
-  virtual StateSnapshot reset(const std::string& task, std::optional<int> variation, std::optional<std::uint64_t> seed) = 0;
+  virtual StateSnapshot reset(const std::string& task, std::optional<int> variation,
+                              std::optional<std::uint64_t> seed) = 0;
   virtual ViewSettings view(const std::string& id) = 0;
   virtual ViewSettings set_view(const ViewSettings& settings) = 0;
   virtual ViewSettings drag_view(const std::string& id, const CameraDrag& drag) = 0;
-  virtual std::string task_script(const std::string& task) = 0;  ///< YAML text of the task's own demonstration
+  virtual std::string task_script(
+      const std::string& task) = 0;  ///< YAML text of the task's own demonstration
   virtual std::string run_script(const ScriptRequest& request) = 0;  ///< job id
   virtual std::vector<JobStatus> jobs() = 0;
   virtual JobStatus job(const std::string& id) = 0;
   virtual void cancel_job(const std::string& id) = 0;
   virtual std::vector<DemoInfo> demos() = 0;
   virtual Demo demo(const std::string& id) = 0;
-  virtual std::vector<std::uint8_t> demo_picture(const std::string& id, int keyframe, const std::string& camera) = 0;  ///< PNG; keyframe -1: start
+  virtual std::vector<std::uint8_t> demo_picture(const std::string& id, int keyframe,
+                                                 const std::string& camera) = 0;  ///< PNG; keyframe -1: start
   virtual void remove_demo(const std::string& id) = 0;
   virtual TrainReport train(const TrainRequest& request) = 0;
   virtual TrainReport train_report() = 0;
@@ -183,10 +195,11 @@ class Backend {
   virtual void remove_trace(const std::string& id) = 0;
   virtual void show_trace(const std::string& id, std::optional<int> step) = 0;
   virtual std::string branch_trace(const std::string& id, const BranchRequest& request) = 0;
-  virtual std::string execute_trace(const std::string& id) = 0;  ///< job id
-  virtual std::string export_media(const ExportRequest& request) = 0;  ///< job id
+  virtual std::string execute_trace(const std::string& id) = 0;                    ///< job id
+  virtual std::string export_media(const ExportRequest& request) = 0;              ///< job id
   virtual std::vector<std::uint8_t> snapshot(const SnapshotRequest& request) = 0;  ///< encoded picture
-  virtual std::string export_file(const std::string& name) = 0;  ///< path of a finished export; throws ApiError 404
+  virtual std::string export_file(
+      const std::string& name) = 0;  ///< path of a finished export; throws ApiError 404
   /// The number of stream viewers of a view changed: nothing is rendered for a view that nobody watches.
   virtual void viewers_changed(const std::string& view, int viewers) = 0;
 };

@@ -14,14 +14,17 @@ namespace flowscope::web {
 
 struct ServerOptions {
   std::string host = "127.0.0.1";
-  std::uint16_t port = 8080;            ///< 0: a free one
-  std::string token;                    ///< empty: no token is asked for
-  std::filesystem::path page;           ///< folder of the built page; empty or missing: a plain note is served
+  std::uint16_t port = 8080;   ///< 0: a free one
+  std::string token;           ///< empty: no token is asked for
+  std::filesystem::path page;  ///< folder of the built page; empty or missing: a plain note is served
   int max_connections = 256, max_streams = 64;
 };
 
-/// What goes to every WebSocket client. State is kept: a client that joins gets the newest of each kind first.
-struct LogEvent { std::string level, message; };
+/// What goes to every WebSocket client. State is kept: a client that joins gets the newest of each kind
+/// first.
+struct LogEvent {
+  std::string level, message;
+};
 using Event = std::variant<StateSnapshot, JobStatus, TrainReport, TraceEntry, LogEvent>;
 
 class Server {

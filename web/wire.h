@@ -28,7 +28,8 @@ Json to_json(const TrainReport& report);
 Json to_json(const TraceEntry& entry);
 Json error_json(const std::string& code, const std::string& message, const std::string& where);
 
-/// Parses bounded JSON: depth <= 32, size <= 256 KiB, no duplicate or unknown surprises. Throws ApiError 400 with the place.
+/// Parses bounded JSON: depth <= 32, size <= 256 KiB, no duplicate or unknown surprises. Throws ApiError 400
+/// with the place.
 Json parse_body(const std::string& text);
 
 /// Dumps with invalid UTF-8 replaced, never throwing.

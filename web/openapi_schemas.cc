@@ -1,0 +1,112 @@
+#include <nlohmann/json.hpp>
+
+#include "web/openapi.h"
+
+namespace flowscope::web {
+
+namespace {
+
+constexpr const char* values = R"({
+"Vector3":{"type":"array","items":{"type":"number"},"minItems":3,"maxItems":3,"description":"metres, world"},
+"Quaternion":{"type":"array","items":{"type":"number"},"minItems":4,"maxItems":4,"description":"w,x,y,z"},
+"Vector9":{"type":"array","items":{"type":"number"},"minItems":9,"maxItems":9},
+"Pose":{"type":"object","required":["position","quaternion"],"properties":{
+  "position":{"$ref":"#/components/schemas/Vector3"},"quaternion":{"$ref":"#/components/schemas/Quaternion"}}},
+"Action":{"type":"object","required":["position","quaternion","open"],"properties":{
+  "position":{"$ref":"#/components/schemas/Vector3"},"quaternion":{"$ref":"#/components/schemas/Quaternion"},
+  "open":{"type":"boolean"},"openness":{"type":"number"}}},
+"PoseError":{"type":["object","null"],"required":["position_m","rotation_deg","open_correct"],"properties":{
+  "position_m":{"type":"number"},"rotation_deg":{"type":"number"},"open_correct":{"type":"boolean"}}},
+"Error":{"type":"object","required":["error"],"properties":{"error":{"type":"object","required":["code","message"],
+  "properties":{"code":{"type":"string"},"message":{"type":"string"},"where":{"type":"string"}}}}},
+"Health":{"type":"object","required":["status"],"properties":{"status":{"enum":["loading","ready"]},
+  "message":{"type":"string"}}},
+"Orbit":{"type":"object","properties":{"azimuth_deg":{"type":"number"},"elevation_deg":{"type":"number"},
+  "distance":{"type":"number"},"distance_m":{"type":"number"},"lookat":{"$ref":"#/components/schemas/Vector3"},
+  "fovy_deg":{"type":"number"}}},
+"Started":{"type":"object","required":["job"],"properties":{"job":{"type":"string"}}},
+"Predicted":{"type":"object","required":["traces"],"properties":{"traces":{"type":"array","items":{"type":"string"}}}},
+"Branched":{"type":"object","required":["trace"],"properties":{"trace":{"type":"string"}}},
+"Event":{"type":"object","required":["type","data"],"properties":{
+  "type":{"enum":["state","job","train","trace","log"]},"data":{"type":"object"}}}
+})";
+
+constexpr const char* scene = R"({
+"Task":{"type":"object","required":["name","variations","instructions"],"properties":{"name":{"type":"string"},
+  "variations":{"type":"integer"},"instructions":{"type":"array","items":{"type":"string"}}}},
+"Tasks":{"type":"object","required":["tasks"],"properties":{
+  "tasks":{"type":"array","items":{"$ref":"#/components/schemas/Task"}}}},
+"View":{"type":"object","required":["id","camera","orbit","width","height","overlays"],"properties":{
+  "id":{"type":"string"},"camera":{"type":["string","null"]},"orbit":{"$ref":"#/components/schemas/Orbit"},
+  "width":{"type":"integer"},"height":{"type":"integer"},"overlays":{"type":"boolean"}}},
+"State":{"type":"object","required":["task","variation","seed","instruction","views","episode","recording","training",
+  "policy"],"properties":{"task":{"type":"string"},"variation":{"type":"integer"},"seed":{"type":"integer"},
+  "instruction":{"type":"string"},"views":{"type":"array","items":{"$ref":"#/components/schemas/View"}},
+  "cameras":{"type":"array","items":{"type":"string"}},"episode":{"type":"integer"},"time_s":{"type":"number"},
+  "success":{"type":"boolean"},"terms":{"type":"array","items":{"type":"object"}},
+  "recording":{"type":"object","properties":{"running":{"type":"boolean"},"job":{"type":"string"}}},
+  "training":{"type":"boolean"},"train":{"type":"object"},"policy":{"type":"object","properties":{
+  "loaded":{"type":"boolean"},"file":{"type":"string"},"generation":{"type":"integer"}}},
+  "viewers":{"type":"integer"},"shown":{"type":["object","null"]}}},
+"Job":{"type":"object","required":["id","kind","state","progress"],"properties":{"id":{"type":"string"},
+  "kind":{"type":"string"},"state":{"enum":["queued","running","done","failed","cancelled"]},
+  "progress":{"type":"number"},"message":{"type":"string"},"result":{"type":"object","properties":{
+  "demo":{"type":"string"},"url":{"type":"string"},"path":{"type":"string"},"success":{"type":"boolean"}}},
+  "error":{"type":"object"}}},
+"Jobs":{"type":"object","required":["jobs"],"properties":{
+  "jobs":{"type":"array","items":{"$ref":"#/components/schemas/Job"}}}},
+"Demo":{"type":"object","required":["id","task","variation","seed","instruction","frames","keyframes","created","bytes"],
+  "properties":{"id":{"type":"string"},"task":{"type":"string"},"variation":{"type":"integer"},
+  "seed":{"type":"integer"},"instruction":{"type":"string"},"frames":{"type":"integer"},
+  "keyframes":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"}}},
+"Demos":{"type":"object","required":["demos"],"properties":{
+  "demos":{"type":"array","items":{"$ref":"#/components/schemas/Demo"}}}},
+"DemoDetail":{"type":"object","required":["id","task","instruction","instructions","keyframes"],"properties":{
+  "id":{"type":"string"},"task":{"type":"string"},"variation":{"type":"integer"},"seed":{"type":"integer"},
+  "instruction":{"type":"string"},"frames":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"},
+  "instructions":{"type":"array","items":{"type":"string"}},"bounds":{"type":"object"},"seconds":{"type":"number"},
+  "cameras":{"type":"array","items":{"type":"string"}},"keyframes":{"type":"array","items":{"type":"object",
+  "required":["frame","action"],"properties":{"frame":{"type":"integer"},"time_s":{"type":"number"},
+  "action":{"$ref":"#/components/schemas/Action"}}}}}}
+})";
+
+constexpr const char* policy = R"({
+"Train":{"type":"object","required":["running","step","loss","loss_history","samples_per_s"],"properties":{
+  "running":{"type":"boolean"},"step":{"type":"integer"},"loss":{"type":"number"},"loss_flow":{"type":"number"},
+  "loss_open":{"type":"number"},"samples_per_s":{"type":"number"},"minutes":{"type":"number"},
+  "demos":{"type":"integer"},"validation":{"type":"object","properties":{"position_mm":{"type":"number"},
+  "rotation_deg":{"type":"number"},"keyframes":{"type":"integer"}}},
+  "loss_history":{"type":"array","description":"[step, loss]"},
+  "validation_history":{"type":"array","description":"[step, mm, degrees]"},"error":{"type":["string","null"]}}},
+"TraceEntry":{"type":"object","required":["id","created","task","instruction","flow_steps","error","parent"],
+  "properties":{"id":{"type":"string"},"created":{"type":"string"},"task":{"type":"string"},
+  "instruction":{"type":"string"},"flow_steps":{"type":"integer"},"error":{"$ref":"#/components/schemas/PoseError"},
+  "parent":{"type":["string","null"]}}},
+"Traces":{"type":"object","required":["traces"],"properties":{
+  "traces":{"type":"array","items":{"$ref":"#/components/schemas/TraceEntry"}}}},
+"FlowStep":{"type":"object","required":["k","t","x","velocity","pose","region","open_probability","ms"],"properties":{
+  "k":{"type":"integer"},"t":{"type":"number"},"x":{"$ref":"#/components/schemas/Vector9"},
+  "velocity":{"$ref":"#/components/schemas/Vector9"},"pose":{"$ref":"#/components/schemas/Pose"},
+  "region":{"type":"object","required":["center","radius","points"],"properties":{
+  "center":{"$ref":"#/components/schemas/Vector3"},"radius":{"type":"number"},"points":{"type":"integer"}}},
+  "open_probability":{"type":"number"},"ms":{"type":"number"},"weights":{"type":"array","items":{"type":"object"}}}},
+"Trace":{"type":"object","required":["format","id","created","policy","radius","flow_steps","seed","integrator","scene",
+  "instruction","steps","result","expert","error","parent"],"properties":{"format":{"const":"flowscope-trace/1"},
+  "id":{"type":"string"},"created":{"type":"string"},"policy":{"type":"object"},"radius":{"type":"object"},
+  "flow_steps":{"type":"integer"},"seed":{"type":"integer"},"integrator":{"type":"string"},
+  "scene":{"type":"object"},"instruction":{"type":"string"},
+  "steps":{"type":"array","items":{"$ref":"#/components/schemas/FlowStep"}},
+  "result":{"$ref":"#/components/schemas/Action"},"expert":{"type":["object","null"]},
+  "error":{"$ref":"#/components/schemas/PoseError"},"parent":{"type":["object","null"]}}}
+})";
+
+}  // namespace
+
+wire::Json openapi_schemas() {
+  wire::Json all = wire::Json::parse(values);
+  all.update(wire::Json::parse(scene));
+  all.update(wire::Json::parse(policy));
+  return all;
+}
+
+}  // namespace flowscope::web
