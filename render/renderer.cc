@@ -145,6 +145,9 @@ struct Renderer::Impl {
     mjr_render(viewport, &visual.scene, &drawing.context);
     View view{camera, ImageRgb(camera.width, camera.height), DepthImage(camera.width, camera.height)};
     mjr_readPixels(view.rgb.data.data(), view.depth.data.data(), viewport, &drawing.context);
+    if (const int error = mjr_getError(); error != 0) {
+      throw std::runtime_error("renderer: OpenGL error " + std::to_string(error));
+    }
     flip_rows(view.rgb.data, camera.height);
     flip_rows(view.depth.data, camera.height);
     to_metres(view.depth.data, camera);

@@ -72,6 +72,15 @@ TEST(Renderer, DepthIsMetresAlongTheCameraAxis) {
   }
 }
 
+TEST(Renderer, DepthIsExactWithMultisamplingToo) {
+  const auto model = compile(
+      R"(<mujoco><worldbody><geom type="box" size="0.2 0.2 0.15" pos="0 0 0.15"/></worldbody></mujoco>)");
+  Renderer renderer(model.get(), "box", {160, 120, 4, false});
+  const View view = renderer.observe(initial_state(model.get(), "box"), overhead(160, 120, 2.0));
+  EXPECT_NEAR(view.depth.at(80, 60), 1.7, 1e-3);
+  EXPECT_EQ(view.depth.at(1, 1), 0.0f);
+}
+
 TEST(Renderer, DepthIsZeroWhereNothingIsHit) {
   const auto model = compile(R"(<mujoco><worldbody><geom type="sphere" size="0.1"/></worldbody></mujoco>)");
   Renderer renderer(model.get(), "ball", small());
