@@ -44,7 +44,8 @@ class FolderTask : public Task {
       : name_(folder.filename().string()),
         reader_((folder / "task.yaml").string()),
         root_(reader_.parse(read_text(folder / "task.yaml"))),
-        model_(compile(folder / "scene.xml")) {
+        model_(compile(folder / "scene.xml")),
+        arm_(Kinematics::from_model(model_.get())) {
     reader_.check_keys(root_, "task",
                        {"bounds", "max_steps", "variations", "draw", "instructions", "colors", "placement",
                         "success", "demonstration"});
@@ -86,7 +87,7 @@ class FolderTask : public Task {
     std::copy_n(model_->eq_active, model_->neq, model->eq_active);
     std::copy_n(model_->eq_data, mjNEQDATA * model_->neq, model->eq_data);
     paint(variables, model);
-    place(placement_, episode.demonstration, bounds_, random, model, data);
+    place(placement_, episode.demonstration, bounds_, arm_, random, model, data);
     return episode;
   }
 
@@ -189,6 +190,7 @@ class FolderTask : public Task {
   TaskReader reader_;
   TaskNode root_;
   ModelPtr model_;
+  Kinematics arm_;
   Box bounds_;
   int max_steps_ = 0;
   std::vector<Variables> variations_;

@@ -7,10 +7,14 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "recorder/world_robot.h"
+
 namespace flowscope {
 namespace {
 
 constexpr int kTries = 20'000;
+/// What the robot's base covers, metres, in the world.
+const Footprint kRobot{{-0.30, 0}, 0, 0.14, 0.11};
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 Range read_range(const TaskReader& reader, const TaskNode& map, const std::string& key, double unit) {
@@ -68,40 +72,6 @@ void set_pose(const mjModel* model, mjData* data, int body, const Pose& world_fr
   std::copy_n(wxyz.data(), 4, quaternion);
 }
 
-/// Draws all objects; false when two footprints come too close.
-bool draw_objects(const Placement& placement, TaskRandom& random, const mjModel* model, mjData* data) {
-  const double root_x = placement.root_x.draw(random), root_y = placement.root_y.draw(random);
-  const double root_yaw = placement.root_yaw.draw(random);
-  const Pose world_from_root =
-      planar(placement.root.x() + root_x, placement.root.y() + root_y, placement.root.z(), root_yaw);
-  std::vector<Footprint> placed;
-  for (const auto& object : placement.objects) {
-    const double x = object.x.draw(random), y = object.y.draw(random), z = object.z.draw(random);
-    const double yaw = object.yaw.draw(random);
-    const Pose world_from_body = world_from_root * planar(x, y, z, yaw);
-    set_pose(model, data, object.body, world_from_body);
-    if (object.footprint_x == 0) continue;
-    const Footprint footprint{world_from_body.position.head<2>(), root_yaw + yaw, object.footprint_x / 2,
-                              object.footprint_y / 2};
-    for (const auto& other : placed) {
-      if (footprint_distance(footprint, other) < placement.min_distance) return false;
-    }
-    placed.push_back(footprint);
-  }
-  return true;
-}
-
-bool waypoints_within(const Script& script, const Box& bounds, const mjModel* model, const mjData* data) {
-  for (const auto& step : script.steps) {
-    const auto* move = std::get_if<MoveStep>(&step.what);
-    if (!move || move->frame == "tool") continue;
-    const auto world_from_frame = find_frame(model, data, move->frame);
-    if (world_from_frame && !bounds.contains(*world_from_frame * move->frame_from_tool.position))
-      return false;
-  }
-  return true;
-}
-
 std::array<Eigen::Vector2d, 4> corners(const Footprint& f) {
   const Eigen::Rotation2Dd turn(f.yaw);
   std::array<Eigen::Vector2d, 4> result;
@@ -110,6 +80,67 @@ std::array<Eigen::Vector2d, 4> corners(const Footprint& f) {
     result[i] = f.center + turn * Eigen::Vector2d(signs[i][0] * f.half_x, signs[i][1] * f.half_y);
   }
   return result;
+}
+
+/// All corners over the scene's geom `table_top`, as far as there is one.
+bool on_table(const mjModel* model, const mjData* data, const Footprint& footprint) {
+  const int geom = mj_name2id(model, mjOBJ_GEOM, "table_top");
+  if (geom < 0) return true;
+  const Eigen::Map<const Eigen::Vector3d> center(data->geom_xpos + 3 * geom),
+      half(model->geom_size + 3 * geom);
+  for (const auto& corner : corners(footprint)) {
+    if (((corner - center.head<2>()).cwiseAbs() - half.head<2>()).maxCoeff() > 0) return false;
+  }
+  return true;
+}
+
+/// Draws all objects; false when two footprints come too close.
+bool draw_objects(const Placement& placement, TaskRandom& random, const mjModel* model, mjData* data) {
+  const double root_x = placement.root_x.draw(random), root_y = placement.root_y.draw(random);
+  const double root_yaw = placement.root_yaw.draw(random);
+  const Pose world_from_root =
+      planar(placement.root.x() + root_x, placement.root.y() + root_y, placement.root.z(), root_yaw);
+  std::vector<Footprint> placed{kRobot};
+  for (const auto& object : placement.objects) {
+    const double x = object.x.draw(random), y = object.y.draw(random), z = object.z.draw(random);
+    const double yaw = object.yaw.draw(random);
+    const Pose world_from_body = world_from_root * planar(x, y, z, yaw);
+    set_pose(model, data, object.body, world_from_body);
+    if (object.footprint_x == 0) continue;
+    const Footprint footprint{world_from_body.position.head<2>(), root_yaw + yaw, object.footprint_x / 2,
+                              object.footprint_y / 2};
+    if (!on_table(model, data, footprint)) return false;
+    for (const auto& other : placed) {
+      if (footprint_distance(footprint, other) < placement.min_distance) return false;
+    }
+    placed.push_back(footprint);
+  }
+  return true;
+}
+
+/// World poses of the demonstration's waypoints, as far as they are known before it runs.
+std::vector<std::pair<Pose, int>> waypoints(const Script& script, const mjModel* model, const mjData* data) {
+  std::vector<std::pair<Pose, int>> result;
+  for (const auto& step : script.steps) {
+    const auto* move = std::get_if<MoveStep>(&step.what);
+    if (!move || move->frame == "tool") continue;
+    if (const auto world_from_frame = find_frame(model, data, move->frame)) {
+      result.emplace_back(*world_from_frame * move->frame_from_tool, move->yaw_symmetry);
+    }
+  }
+  return result;
+}
+
+/// In one of the tool's equivalent rotations about its own approach axis.
+bool reachable(const Kinematics& arm, const Pose& world_from_tool, int yaw_symmetry) {
+  const int folds = yaw_symmetry == 0 ? 4 : std::min(yaw_symmetry, 8);
+  for (int i = 0; i < folds; ++i) {
+    const Pose turn{
+        {0, 0, 0},
+        Eigen::Quaterniond(Eigen::AngleAxisd(2 * std::numbers::pi * i / folds, Eigen::Vector3d::UnitZ()))};
+    if (!arm.solve_all(world_from_tool * turn, home_joints).empty()) return true;
+  }
+  return false;
 }
 
 /// Distance from a point to a footprint's area.
@@ -157,15 +188,23 @@ Placement read_placement(const TaskReader& reader, const TaskNode& node, const m
   return placement;
 }
 
-void place(const Placement& placement, const Script& demonstration, const Box& bounds, TaskRandom& random,
-           const mjModel* model, mjData* data) {
+void place(const Placement& placement, const Script& demonstration, const Box& bounds, const Kinematics& arm,
+           TaskRandom& random, const mjModel* model, mjData* data) {
+  mj_kinematics(model, data);
   for (int i = 0; i < kTries; ++i) {
     if (!draw_objects(placement, random, model, data)) continue;
     mj_kinematics(model, data);
-    if (waypoints_within(demonstration, bounds, model, data)) return;
+    const auto wanted = waypoints(demonstration, model, data);
+    const auto within = [&](const auto& waypoint) { return bounds.contains(waypoint.first.position); };
+    const auto in_reach = [&](const auto& waypoint) {
+      return reachable(arm, waypoint.first, waypoint.second);
+    };
+    if (std::all_of(wanted.begin(), wanted.end(), within) &&
+        std::all_of(wanted.begin(), wanted.end(), in_reach))
+      return;
   }
   throw std::runtime_error(
-      "no placement keeps the distances and has every waypoint within the task's bounds");
+      "no placement keeps the distances and has every waypoint in reach and within the bounds");
 }
 
 double footprint_distance(const Footprint& a, const Footprint& b) {
