@@ -7,7 +7,7 @@
 
 namespace flowscope {
 
-/// Room that a scene's geom buffer needs beside the model's own geoms. Longer polylines are thinned to fit.
+/// Room that the scene for solids needs. Longer polylines are thinned to fit.
 inline constexpr int overlay_geom_limit = 4000;
 
 /// A geom's opacity stays in its rgba.

@@ -1,7 +1,6 @@
 #include "render/renderer.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -105,7 +104,8 @@ struct Renderer::Impl {
   Impl(const mjModel* model, const std::string& scene, const RendererOptions& wanted)
       : options(wanted),
         posed(prepare(model, scene, wanted)),
-        visual(posed.model(), geom_limit(*posed.model())),
+        visual(posed.model(), 2 * posed.model()->ngeom + 100),
+        solids(posed.model(), overlay_geom_limit),
         drawing(posed.model()) {
     mjr_setBuffer(mjFB_OFFSCREEN, &drawing.context);
     const mjrRect size = mjr_maxViewport(&drawing.context);
@@ -115,6 +115,10 @@ struct Renderer::Impl {
                                std::to_string(options.max_width) + "x" + std::to_string(options.max_height));
     }
     visual.scene.flags[mjRND_SHADOW] = options.shadows;
+    std::fill(std::begin(solids.scene.flags), std::end(solids.scene.flags), mjtByte{0});
+    solids.scene.flags[mjRND_CULL_FACE] = 1;
+    solids.scene.nskin = 0;
+    light_solids(solids.scene);
   }
 
   static PosedScene prepare(const mjModel* model, const std::string& scene, const RendererOptions& options) {
@@ -122,7 +126,6 @@ struct Renderer::Impl {
     set_quality(posed.model(), options);
     return posed;
   }
-  static int geom_limit(const mjModel& model) { return 2 * model.ngeom + 100 + overlay_geom_limit; }
 
   /// Scene and camera of the next picture; nothing is drawn yet.
   void arrange(const SceneState& state, const CameraModel& camera) {
@@ -139,10 +142,9 @@ struct Renderer::Impl {
                     mjCAT_STATIC | mjCAT_DYNAMIC, &visual.scene);
   }
 
-  /// Draws what is arranged.
-  View read(const CameraModel& camera) {
+  View read(const CameraModel& camera, mjvScene& scene) {
     const mjrRect viewport{0, 0, camera.width, camera.height};
-    mjr_render(viewport, &visual.scene, &drawing.context);
+    mjr_render(viewport, &scene, &drawing.context);
     View view{camera, ImageRgb(camera.width, camera.height), DepthImage(camera.width, camera.height)};
     mjr_readPixels(view.rgb.data.data(), view.depth.data.data(), viewport, &drawing.context);
     if (const int error = mjr_getError(); error != 0) {
@@ -156,30 +158,26 @@ struct Renderer::Impl {
 
   /// Paints lines, frames and ghosts: one picture of them alone for each opacity, the most opaque last.
   void paint_solids(const Overlay& overlay, View& view) {
-    mjvScene& scene = visual.scene;
+    mjvScene& scene = solids.scene;
     scene.ngeom = 0;
     append_solids(overlay, scene);
     if (scene.ngeom == 0) return;
-    light_solids(scene);
-    const int skins = std::exchange(scene.nskin, 0);
-    const std::array flags = std::to_array(scene.flags);
-    scene.flags[mjRND_SHADOW] = scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = 0;
+    scene.camera[0] = scene.camera[1] = visual.scene.camera[0];
     std::map<float, std::vector<mjvGeom>> by_opacity;
     for (int i = 0; i < scene.ngeom; ++i) by_opacity[scene.geoms[i].rgba[3]].push_back(scene.geoms[i]);
     for (auto& [opacity, geoms] : by_opacity) {
       for (mjvGeom& geom : geoms) geom.rgba[3] = 1;
       scene.ngeom = static_cast<int>(geoms.size());
       std::copy(geoms.begin(), geoms.end(), scene.geoms);
-      paint_layer(read(view.camera), opacity, view);
+      paint_layer(read(view.camera, scene), opacity, view);
     }
-    std::copy(flags.begin(), flags.end(), scene.flags);
-    scene.nskin = skins;
   }
 
   RendererOptions options;
   EglContext egl;
   PosedScene posed;
-  VisualScene visual;
+  VisualScene visual;  ///< what stands in the world
+  VisualScene solids;  ///< the overlay's lines, frames and ghosts, drawn without it
   DrawContext drawing;
   mjvOption draw_what = scene_options();
 };
@@ -193,7 +191,7 @@ Renderer::~Renderer() {
 
 ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay) {
   impl_->arrange(state, camera);
-  View view = impl_->read(camera);
+  View view = impl_->read(camera, impl_->visual.scene);
   paint_spheres(overlay, view);
   paint_points(overlay, view);
   impl_->paint_solids(overlay, view);
@@ -203,7 +201,7 @@ ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, cons
 
 View Renderer::observe(const SceneState& state, const CameraModel& camera) {
   impl_->arrange(state, camera);
-  return impl_->read(camera);
+  return impl_->read(camera, impl_->visual.scene);
 }
 
 CameraModel Renderer::camera(const SceneState& state, const std::string& name, int width, int height) {
