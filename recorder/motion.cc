@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,13 +14,13 @@
 namespace flowscope {
 namespace {
 
-constexpr std::size_t kMostGoals = 12;   ///< postures offered to the planner
-constexpr double kGoalsApart_rad = 0.2;  ///< nearer ones are no real choice
-constexpr double kRoom_rad = 0.3;        ///< from a joint limit: enough
-constexpr double kLackOfRoom = 5;        ///< how much farther, per rad of it lacking, another posture may be
-constexpr int kSettleFrames = 6;         ///< at most, after the last target
-constexpr double kSettled_m = 0.0005;    ///< the tool counts as arrived
-constexpr double kSettled_rad_s = 0.1;   ///< and the arm as still: the keyframe rule's bound
+constexpr std::size_t kMostGoals = 12;     ///< postures offered to the planner
+constexpr std::size_t kMostDeadEnds = 60;  ///< tried before giving up on the lines that follow
+constexpr double kGoalsApart_rad = 0.2;    ///< nearer ones are no real choice
+constexpr double kRoom_rad = 0.3;          ///< from a joint limit: enough
+constexpr double kLackOfRoom = 5;     ///< how much farther, per rad of it lacking, another posture may be
+constexpr int kSettleFrames = 6;      ///< at most, after the last target
+constexpr double kStill_rad_s = 0.1;  ///< the keyframe rule's bound
 constexpr double kReached_m = 0.005, kReached_rad = 2 * std::numbers::pi / 180;
 constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop of its own
 constexpr double kLinearCheck_rad = 0.01;
@@ -35,17 +36,27 @@ std::string place_of(const Pose& pose) {
   return text("(%.3f, %.3f, %.3f) m", pose.position.x(), pose.position.y(), pose.position.z());
 }
 
-/// What the fingers were last told (the world keeps it in the actuators' inputs): they go on holding with
-/// that.
-double commanded_openness(const World& world, int hand) {
+/// What the joints and the fingers were last told (the world keeps it in the actuators' inputs): what does
+/// not move goes on holding with that.
+struct Commanded {
+  JointVector q{};
+  double openness = 1;
+};
+
+Commanded commanded(const World& world) {
   const mjModel* model = world.model();
+  const ArmIndices arm = find_arm(model);
+  Commanded result{world.frame().q, world.frame().openness};
   for (int i = 0; i < model->nu; ++i) {
+    if (model->actuator_trntype[i] != mjTRN_JOINT) continue;
     const int joint = model->actuator_trnid[2 * i];
-    if (model->actuator_trntype[i] != mjTRN_JOINT || model->jnt_type[joint] != mjJNT_SLIDE) continue;
-    if (model->body_parentid[model->jnt_bodyid[joint]] != hand) continue;
-    return world.data()->ctrl[i] / model->jnt_range[2 * joint + 1];
+    const double input = world.data()->ctrl[i];
+    const auto in_arm = std::find(arm.joint.begin(), arm.joint.end(), joint);
+    if (in_arm != arm.joint.end()) result.q[static_cast<std::size_t>(in_arm - arm.joint.begin())] = input;
+    const bool finger = model->body_parentid[model->jnt_bodyid[joint]] == model->site_bodyid[arm.tool_site];
+    if (finger) result.openness = std::clamp(input / model->jnt_range[2 * joint + 1], 0.0, 1.0);
   }
-  return world.frame().openness;
+  return result;
 }
 
 /// One motion in progress: sends frames on and knows when to end.
@@ -130,6 +141,34 @@ class Mover {
                      [&](const JointVector& a, const JointVector& b) { return cost(a) < cost(b); });
   }
 
+  bool can_go_on(JointVector q) const {
+    for (const auto& pose : request_.then) {
+      const JointPath path = straight_tool_path(kinematics_, q, pose);
+      if (path.empty()) return false;
+      q = path.back();
+    }
+    return true;
+  }
+
+  /// Free postures, clearly different from each other, the best first; those that cannot go on only if no
+  /// other exists.
+  std::vector<JointVector> choose_goals(const std::vector<JointVector>& postures,
+                                        CollisionChecker& checker) const {
+    std::vector<JointVector> good, other;
+    for (const auto& q : postures) {
+      if (good.size() == kMostGoals || other.size() == kMostDeadEnds) break;
+      const auto is_near = [&](const JointVector& known) {
+        return joint_distance(q, known) < kGoalsApart_rad;
+      };
+      if (std::any_of(good.begin(), good.end(), is_near) || std::any_of(other.begin(), other.end(), is_near))
+        continue;
+      if (checker.is_free(q)) (can_go_on(q) ? good : other).push_back(q);
+    }
+    if (!good.empty()) return good;
+    other.resize(std::min(other.size(), kMostGoals));
+    return other;
+  }
+
   MotionResult planned(JointPath& path) const {
     auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
     prefer_room_to_move(postures);
@@ -141,14 +180,7 @@ class Mover {
       return {};
     }
     CollisionChecker checker(world_);
-    std::vector<JointVector> goals;
-    for (const auto& q : postures) {
-      if (goals.size() == kMostGoals) break;
-      const bool new_choice = std::all_of(goals.begin(), goals.end(), [&](const JointVector& other) {
-        return joint_distance(q, other) >= kGoalsApart_rad;
-      });
-      if (new_choice && checker.is_free(q)) goals.push_back(q);
-    }
+    const std::vector<JointVector> goals = choose_goals(postures, checker);
     if (goals.empty()) {
       return failed(
           MotionFailure::in_collision,
@@ -178,11 +210,12 @@ class Mover {
 
   MotionResult follow(const JointPath& path, const FrameSink& sink) const {
     Run run(world_, sink, stop_);
-    const double openness = commanded_openness(world_, hand_body());
+    const double openness = commanded(world_).openness;
     for (const auto& target : timed_targets(path)) {
       if (!run.advance(target, openness)) return ended(run);
     }
-    for (int i = 0; i < kSettleFrames && !settled(world_.frame(), path.back()); ++i) {
+    // No longer than until the arm counts as still: a gripper move that comes next then belongs to this stop.
+    for (int i = 0; i < kSettleFrames && !still(world_.frame()); ++i) {
       if (!run.advance(path.back(), openness)) return ended(run);
     }
     const Pose tool = world_.frame().world_from_tool;
@@ -198,16 +231,9 @@ class Mover {
     return {};
   }
 
-  bool settled(const Frame& frame, const JointVector& target) const {
-    const bool still = std::all_of(frame.dq.begin(), frame.dq.end(),
-                                   [](double dq) { return std::abs(dq) <= kSettled_rad_s; });
-    return still &&
-           position_error_m(frame.world_from_tool, kinematics_.world_from_tool(target)) <= kSettled_m;
-  }
-
-  int hand_body() const {
-    const mjModel* model = world_.model();
-    return model->site_bodyid[find_arm(model).tool_site];
+  static bool still(const Frame& frame) {
+    return std::all_of(frame.dq.begin(), frame.dq.end(),
+                       [](double dq) { return std::abs(dq) <= kStill_rad_s; });
   }
 
   static MotionResult ended(const Run& run) {
@@ -253,7 +279,7 @@ MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& 
 
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop) {
   try {
-    const Frame before = world.frame();
+    const Commanded before = commanded(world);
     const bool closing = openness < before.openness;
     if (!closing) world.release();
     Run run(world, sink, std::move(stop));

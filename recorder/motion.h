@@ -4,6 +4,7 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "recorder/world.h"
 
@@ -18,21 +19,26 @@ struct MotionResult {
   explicit operator bool() const { return failure == MotionFailure::none; }
 };
 
-/// Called after every 20 Hz frame of any motion; return false to stop early (success reached, viewer cancelled).
+/// Called after every 20 Hz frame of any motion; return false to stop early (success reached, viewer
+/// cancelled).
 using FrameSink = std::function<bool(const Frame&)>;
 
 struct MoveRequest {
   Pose world_from_tool;
   bool linear = false;
   bool ignore_collisions = false;
-  std::uint64_t seed = 0;      ///< planner's random numbers
-  double time_limit_s = 1.0;   ///< planning, wall clock
+  std::uint64_t seed = 0;     ///< planner's random numbers
+  double time_limit_s = 1.0;  ///< planning, wall clock
+  /// Straight tool lines that are going to follow: among the postures that reach the pose, a planned move
+  /// prefers those from which these are possible.
+  std::vector<Pose> then;
 };
 
 /// Inverse kinematics on the Panda in `world`: nearest collision-free solution to the present joints.
-/// Plans (OMPL RRTConnect with MuJoCo as checker, or a straight tool line), times within velocity and acceleration
-/// limits, and follows. Stops moving as soon as `sink` returns false (that is not a failure).
-MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink, std::stop_token stop = {});
+/// Plans (OMPL RRTConnect with MuJoCo as checker, or a straight tool line), times within velocity and
+/// acceleration limits, and follows. Stops moving as soon as `sink` returns false (that is not a failure).
+MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink,
+                     std::stop_token stop = {});
 /// Fingers to `openness`, arm still; grasps after closing, releases before opening.
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop = {});
 

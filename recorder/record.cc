@@ -102,6 +102,23 @@ class ScriptRun {
     return !world_.success();
   }
 
+  Pose resolve(const MoveStep& move, const Eigen::Quaterniond& present) const {
+    return nearest_in_yaw(world_.world_from(move.frame), move, present);
+  }
+
+  /// The straight moves that follow step `index`, as far as their frames can be known now.
+  std::vector<Pose> lines_after(std::size_t index, Eigen::Quaterniond rotation) const {
+    std::vector<Pose> lines;
+    for (std::size_t i = index + 1; i < script_.steps.size(); ++i) {
+      const auto* move = std::get_if<MoveStep>(&script_.steps[i].what);
+      if (!move) continue;
+      if (!move->linear || move->frame == "tool") break;
+      lines.push_back(resolve(*move, rotation));
+      rotation = lines.back().rotation;
+    }
+    return lines;
+  }
+
   MotionResult execute(const Step& step, std::size_t index) {
     const FrameSink sink = [this](const Frame& frame) { return keep(frame); };
     if (const auto* gripper = std::get_if<GripperStep>(&step.what)) {
@@ -110,8 +127,8 @@ class ScriptRun {
     const auto& move = std::get<MoveStep>(step.what);
     MoveRequest request;
     try {
-      request.world_from_tool =
-          nearest_in_yaw(world_.world_from(move.frame), move, world_.robot().world_from_tool.rotation);
+      request.world_from_tool = resolve(move, world_.robot().world_from_tool.rotation);
+      if (!move.linear) request.then = lines_after(index, request.world_from_tool.rotation);
     } catch (const std::invalid_argument& error) {
       return {MotionFailure::unreachable, error.what()};
     }

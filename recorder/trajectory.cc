@@ -14,20 +14,21 @@ constexpr double kLargestJump_rad = 0.12;  ///< between two points of a line; a 
 /// is 1).
 class Profile {
  public:
-  Profile(double length, double acceleration)
+  Profile(double length, double up, double down)
       : length_(length),
-        acceleration_(acceleration),
-        peak_(std::min(1.0, std::sqrt(length * acceleration))) {}
-  double duration() const { return length_ / peak_ + peak_ / acceleration_; }
+        up_(up),
+        down_(down),
+        peak_(std::min(1.0, std::sqrt(2 * length * up * down / (up + down)))) {}
+  double duration() const { return length_ / peak_ + 0.5 * peak_ / up_ + 0.5 * peak_ / down_; }
   double at(double t) const {
-    const double ramp = peak_ / acceleration_, left = duration() - t;
-    if (t < ramp) return 0.5 * acceleration_ * t * t;
-    if (left < ramp) return length_ - 0.5 * acceleration_ * left * left;
-    return peak_ * (t - 0.5 * ramp);
+    const double left = duration() - t;
+    if (t < peak_ / up_) return 0.5 * up_ * t * t;
+    if (left < peak_ / down_) return length_ - 0.5 * down_ * left * left;
+    return peak_ * (t - 0.5 * peak_ / up_);
   }
 
  private:
-  double length_, acceleration_, peak_;
+  double length_, up_, down_, peak_;
 };
 
 Pose between(const Pose& a, const Pose& b, double share) {
@@ -60,7 +61,8 @@ JointPath timed_targets(const JointPath& path, const MotionLimits& limits) {
     at.push_back(at.back() + joint_distance(path[i - 1], path[i]) / limits.velocity);
   }
   if (path.size() < 2 || at.back() <= 0) return {};
-  const Profile profile(at.back(), limits.acceleration / limits.velocity);
+  const Profile profile(at.back(), limits.acceleration / limits.velocity,
+                        limits.deceleration / limits.velocity);
   const int frames = std::max(1, static_cast<int>(std::ceil(profile.duration() / kFrame_s - 1e-9)));
   JointPath targets;
   std::size_t corner = 1;
