@@ -71,13 +71,16 @@ void print_json(const nlohmann::ordered_json& document) {
 }
 
 int run_cli(int argc, const char* const* argv) {
-  std::signal(SIGPIPE,
-              SIG_IGN);  // a reader that goes away is an error of a write, not the end of the program
+  // A reader that goes away is an error of a write, not the end of the program.
+  std::signal(SIGPIPE, SIG_IGN);
   Context context;
   CLI::App root("flowscope: a headless debugger for flow-matching manipulation policies", "flowscope");
   root.require_subcommand(1);
   root.set_version_flag("--version", "flowscope 0.1.0");
   add_tasks_command(root, context);
+  add_record_command(root, context);
+  add_demos_command(root, context);
+  add_doctor_command(root, context);
   add_train_command(root, context);
   add_predict_command(root, context);
   add_eval_command(root, context);

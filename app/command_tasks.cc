@@ -6,24 +6,28 @@
 #include "app/cli.h"
 #include "app/commands.h"
 #include "recorder/task.h"
+#include "web/wire.h"
 
 namespace flowscope::app {
 namespace {
 
-int print_tasks(bool json) {
-  const TaskLibrary library(find_assets());
+web::TaskEntry entry_of(const Task& task) {
+  web::TaskEntry entry{task.name(), task.variations(), {}};
+  for (int variation = 0; variation < task.variations(); ++variation) {
+    entry.instructions.push_back(task.instructions(variation).front());
+  }
+  return entry;
+}
+
+int list_tasks(const std::vector<std::string>& folders, bool json) {
+  const TaskLibrary library(find_assets(), {folders.begin(), folders.end()});
   nlohmann::ordered_json tasks = nlohmann::ordered_json::array();
   for (const std::string& name : library.names()) {
-    const std::shared_ptr<const Task> task = library.get(name);
-    nlohmann::ordered_json instructions = nlohmann::ordered_json::array();
-    for (int variation = 0; variation < task->variations(); ++variation) {
-      instructions.push_back(task->instructions(variation).front());
-    }
-    if (!json) {
-      std::printf("%-32s %3d variation%s  %s\n", name.c_str(), task->variations(),
-                  task->variations() == 1 ? " " : "s", task->instructions(0).front().c_str());
-    }
-    tasks.push_back({{"name", name}, {"variations", task->variations()}, {"instructions", instructions}});
+    const web::TaskEntry entry = entry_of(*library.get(name));
+    tasks.push_back(web::wire::to_json(entry));
+    if (json) continue;
+    std::printf("%-32s %3d variations   %s\n", name.c_str(), entry.variations,
+                entry.instructions.empty() ? "" : entry.instructions.front().c_str());
   }
   if (json) print_json({{"tasks", tasks}});
   return 0;
@@ -33,8 +37,10 @@ int print_tasks(bool json) {
 
 void add_tasks_command(CLI::App& root, Context& context) {
   CLI::App* command = root.add_subcommand("tasks", "List the tasks, their variations and instructions");
+  auto folders = std::make_shared<std::vector<std::string>>();
+  command->add_option("--tasks", *folders, "Folder of further tasks")->type_name("DIR");
   add_json_option(*command, context);
-  set_body(*command, context, [&context] { return print_tasks(context.json); });
+  set_body(*command, context, [folders, &context] { return list_tasks(*folders, context.json); });
 }
 
 }  // namespace flowscope::app

@@ -8,7 +8,11 @@ class App;
 namespace flowscope::app {
 
 struct Context;
+
 void add_tasks_command(CLI::App& root, Context& context);
+void add_record_command(CLI::App& root, Context& context);
+void add_demos_command(CLI::App& root, Context& context);
+void add_doctor_command(CLI::App& root, Context& context);
 void add_train_command(CLI::App& root, Context& context);
 void add_predict_command(CLI::App& root, Context& context);
 void add_eval_command(CLI::App& root, Context& context);

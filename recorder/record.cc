@@ -1,5 +1,7 @@
 #include "recorder/record.h"
 
+#include <mujoco/mujoco.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +16,8 @@ namespace {
 constexpr double kPlanningGuard_s =
     30;  ///< planning normally ends by its number of tries, the same on every machine
 constexpr int kPatience_frames = 10;  ///< after the last step: a released object may still have to fall
+
+constexpr double kSameAction_m = 0.004, kSameAction_rad = 0.02;
 
 std::string now_utc() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
@@ -162,6 +166,19 @@ class ScriptRun {
   std::vector<Frame> frames_;
 };
 
+/// The benchmark's keyframes, less one: when something fell into place after the hand had let go, the last
+/// frame only repeats the action before it, and there is nothing to learn from doing it twice.
+std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames) {
+  std::vector<int> keyframes = find_keyframes(frames);
+  if (keyframes.size() < 2) return keyframes;
+  const Frame& before = frames[keyframes[keyframes.size() - 2]];
+  const Frame& last = frames[keyframes.back()];
+  const bool same_pose = position_error_m(before.world_from_tool, last.world_from_tool) < kSameAction_m &&
+                         rotation_error_rad(before.world_from_tool, last.world_from_tool) < kSameAction_rad;
+  if (same_pose && before.gripper_open == last.gripper_open) keyframes.erase(keyframes.end() - 2);
+  return keyframes;
+}
+
 Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& observe) {
   const Episode& episode = world.episode();
   Demo demo;
@@ -171,9 +188,10 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& obs
   demo.instructions = episode.instructions;
   if (!demo.instructions.empty()) demo.info.instruction = demo.instructions.front();
   demo.info.created = now_utc();
+  demo.simulator = std::string("MuJoCo ") + mj_versionString();
   demo.bounds = world.task().bounds();
   demo.start = observe(frames.front().state);
-  for (const int index : find_keyframes(frames)) {
+  for (const int index : keyframes_to_learn(frames)) {
     const Frame& frame = frames[index];
     // The openness of an action is the benchmark's bit: while the fingers still travel, where they are going.
     demo.keyframes.push_back(

@@ -1,0 +1,165 @@
+// flowscope record: scripted runs on one thread, each successful one saved as a demonstration.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <random>
+
+#include "app/cli.h"
+#include "app/commands.h"
+#include "app/progress.h"
+#include "recorder/demo_store.h"
+#include "recorder/record.h"
+#include "recorder/task.h"
+#include "recorder/world.h"
+#include "render/renderer.h"
+
+namespace flowscope::app {
+namespace {
+
+struct RecordCall {
+  std::string task;
+  int episodes = 1;
+  std::string variation = "0";
+  std::uint64_t seed = 0;
+  std::string script;                  ///< file; empty: the task's own demonstration
+  std::vector<std::string> task_dirs;  ///< folders of further tasks
+};
+
+/// Which variation each episode shows: always the same, or all in turns, every turn in an order of its own.
+std::vector<int> variations_of(const RecordCall& call, const Task& task) {
+  if (call.variation != "all") {
+    int variation = 0;
+    if (!CLI::detail::lexical_cast(call.variation, variation) || variation < 0 ||
+        variation >= task.variations()) {
+      throw UsageError("--variation: " + call.variation + " is neither all nor one of 0 … " +
+                       std::to_string(task.variations() - 1));
+    }
+    return std::vector<int>(call.episodes, variation);
+  }
+  std::mt19937_64 random(call.seed);
+  std::vector<int> turn(task.variations()), all;
+  std::iota(turn.begin(), turn.end(), 0);
+  while (static_cast<int>(all.size()) < call.episodes) {
+    std::shuffle(turn.begin(), turn.end(), random);
+    all.insert(all.end(), turn.begin(), turn.end());
+  }
+  all.resize(call.episodes);
+  return all;
+}
+
+Script read_script(const std::string& file, const std::string& task) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  if (!stream) throw UsageError("--script: cannot read " + file);
+  Script script = parse_script(text, file);
+  if (!script.task.empty() && script.task != task) {
+    throw UsageError("--script: " + file + " is for task " + script.task + ", not " + task);
+  }
+  return script;
+}
+
+RunReport run_episode(World& world, Renderer& renderer, const std::optional<Script>& script, int variation,
+                      std::uint64_t seed) {
+  const Observe observe = [&renderer](const SceneState& state) {
+    return renderer.observe_all(state, observation_cameras(), observation_size);
+  };
+  try {
+    world.reset(variation, seed);
+    return run_script(world, script ? *script : world.episode().demonstration, observe);
+  } catch (const SimulationFailed& error) {
+    RunReport report;
+    report.reason = error.what();
+    return report;
+  }
+}
+
+nlohmann::ordered_json failure_json(const RunReport& report, int variation, std::uint64_t seed) {
+  nlohmann::ordered_json waypoint;  // null when no waypoint is to blame
+  if (report.step >= 0) waypoint = report.step + 1;
+  return {{"seed", seed}, {"variation", variation}, {"waypoint", waypoint}, {"reason", report.reason}};
+}
+
+int record(const RecordCall& call, const Context& context) {
+  const auto begin = std::chrono::steady_clock::now();
+  const TaskLibrary library(find_assets(), {call.task_dirs.begin(), call.task_dirs.end()});
+  std::shared_ptr<const Task> task;
+  try {
+    task = library.get(call.task);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("TASK: ") + error.what());
+  }
+  const std::vector<int> variations = variations_of(call, *task);
+  std::optional<Script> script;
+  if (!call.script.empty()) script = read_script(call.script, call.task);
+  const DemoStore store(context.data);
+  World world(task);
+  Renderer renderer(task->model(), task->name());
+
+  nlohmann::ordered_json demos = nlohmann::ordered_json::array(), failed = nlohmann::ordered_json::array();
+  double sim_seconds = 0;
+  {
+    Progress progress("episode", call.episodes);
+    for (int i = 0; i < call.episodes; ++i) {
+      const std::uint64_t seed = call.seed + static_cast<std::uint64_t>(i);
+      const RunReport report = run_episode(world, renderer, script, variations[i], seed);
+      sim_seconds += report.sim_seconds;
+      std::string outcome;
+      if (report.demo) {
+        demos.push_back(store.save(*report.demo));
+        outcome = "saved " + demos.back().get<std::string>() + ", " +
+                  std::to_string(report.demo->frames.size()) + " frames, " +
+                  std::to_string(report.demo->keyframes.size()) + " keyframes";
+      } else {
+        failed.push_back(failure_json(report, variations[i], seed));
+        outcome = "failed: " + report.reason;
+      }
+      progress.report(i + 1, "variation " + std::to_string(variations[i]) + ", seed " + std::to_string(seed) +
+                                 ": " + outcome);
+    }
+  }
+  const double wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::size_t saved = demos.size();
+  if (context.json) {
+    print_json({{"task", call.task},
+                {"attempted", call.episodes},
+                {"saved", saved},
+                {"demos", demos},
+                {"failed", failed},
+                {"sim_seconds", sim_seconds},
+                {"wall_seconds", wall_seconds}});
+  } else {
+    std::printf("%zu of %d saved in %s: %.1f s simulated in %.1f s\n", saved, call.episodes,
+                context.data.c_str(), sim_seconds, wall_seconds);
+  }
+  return saved > 0 ? 0 : 1;
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& root, Context& context) {
+  CLI::App* command = root.add_subcommand("record", "Record demonstrations from a task's waypoint script");
+  auto call = std::make_shared<RecordCall>();
+  command->add_option("task", call->task, "Name of the task (see flowscope tasks)")
+      ->required()
+      ->type_name("TASK");
+  command->add_option("--episodes", call->episodes, "Runs to attempt")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--variation", call->variation, "One variation, or all in turns")
+      ->type_name("K|all")
+      ->capture_default_str();
+  command->add_option("--seed", call->seed, "Seed of the first run; the next takes the next seed")
+      ->capture_default_str();
+  command->add_option("--script", call->script, "Waypoint script to run instead of the task's own")
+      ->type_name("FILE");
+  command->add_option("--tasks", call->task_dirs, "Folder of further tasks")->type_name("DIR");
+  add_data_option(*command, context);
+  add_json_option(*command, context);
+  set_body(*command, context, [call, &context] { return record(*call, context); });
+}
+
+}  // namespace flowscope::app
