@@ -284,7 +284,9 @@ MotionResult move_gripper(World& world, double openness, const FrameSink& sink, 
     if (!closing) world.release();
     Run run(world, sink, std::move(stop));
     for (int i = 0; i < kGripperFrames; ++i) {
-      const double share = double(i + 1) / kGripperFrames;
+      // Fingers open at once, but they close on things: evenly, or they would squeeze a light object out of
+      // its place.
+      const double share = closing ? double(i + 1) / kGripperFrames : 1;
       if (!run.advance(before.q, std::lerp(before.openness, openness, share))) {
         return run.cancelled() ? failed(MotionFailure::cancelled, "cancelled") : MotionResult{};
       }
