@@ -1,0 +1,39 @@
+#include "policy/backbone.h"
+
+#include <stdexcept>
+#include <vector>
+
+#include "policy/mamba.h"
+
+namespace flowscope {
+namespace {
+
+class MambaStack : public BackboneImpl {
+ public:
+  explicit MambaStack(const BackboneOptions& o) {
+    for (int i = 0; i < o.blocks; ++i)
+      blocks_.push_back(register_module("block" + std::to_string(i),
+                                        MambaBlock(MambaOptions{.d_model = o.channels,
+                                                                .d_state = o.d_state,
+                                                                .d_conv = 4,
+                                                                .expand = 2,
+                                                                .condition_dim = o.condition_dim})));
+  }
+  torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& condition) override {
+    torch::Tensor y = x;
+    for (MambaBlock& block : blocks_) y = block->forward(y, condition);
+    return y;
+  }
+
+ private:
+  std::vector<MambaBlock> blocks_;
+};
+
+}  // namespace
+
+Backbone make_backbone(const std::string& kind, const BackboneOptions& options) {
+  if (kind == "mamba") return std::make_shared<MambaStack>(options);
+  throw std::invalid_argument("backbone '" + kind + "' is not available; the one there is: mamba");
+}
+
+}  // namespace flowscope

@@ -1,0 +1,154 @@
+#include "policy/checkpoint.h"
+
+#include <nlohmann/json.hpp>
+
+#include "policy/container.h"
+#include "policy/preset_fields.h"
+#include "recorder/sha256.h"
+
+namespace flowscope {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+AdamWOptions optimizer_options(const TrainRates& r) {
+  return {.beta1 = r.beta1,
+          .beta2 = r.beta2,
+          .epsilon = 1e-8,
+          .weight_decay = r.weight_decay,
+          .clip = r.clip,
+          .ema = r.ema};
+}
+
+/// Walks every value that the header holds; writing and reading differ only in what `field` does.
+template <typename Model, typename Progress, typename Field>
+void visit_header(Model& m, Progress& p, Field&& field) {
+  visit_shape(m.shape, field);
+  visit_radius(m.radius, field);
+  field("radius_kind", m.radius.kind);
+  field("backbone", m.backbone);
+  field("objective", m.objective_name);
+  visit_rates(p.rates, field);
+  field("preset", p.options.preset);
+  field("augment", p.options.augment);
+  field("seed", p.options.seed);
+  field("expected_minutes", p.options.expected_minutes);
+  field("step", p.status.step);
+  field("minutes", p.status.minutes);
+  field("loss", p.status.loss);
+  field("samples_per_s", p.status.samples_per_s);
+  field("random_state", p.random_state);
+  field("optimizer_steps", p.optimizer_steps);
+}
+
+Json corner(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Eigen::Vector3d corner(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+std::string header_of(const Model& model, const TrainProgress& progress) {
+  Json json;
+  visit_header(model, progress, [&json](const char* name, const auto& value) { json[name] = value; });
+  json["vocabulary"] = model.vocabulary.known();
+  json["bounds"] = {corner(model.bounds.min), corner(model.bounds.max)};
+  return json.dump();
+}
+
+void require_sane(const NetworkShape& s) {
+  const auto within = [](const char* name, int value, int low, int high) {
+    if (value < low || value > high) throw std::invalid_argument(std::string(name) + " is out of range");
+  };
+  within("channels", s.channels, 1, 4096);
+  within("d_state", s.d_state, 1, 256);
+  for (const int blocks : {s.prefix_blocks, s.point_blocks, s.fusion_blocks, s.velocity_blocks})
+    within("a number of blocks", blocks, 0, 64);
+  within("heads", s.heads, 1, 64);
+  within("words", s.words, 1, 1024);
+  within("vocabulary", s.vocabulary, 4, 65536);
+  within("image_tokens", s.image_tokens, 1, 65536);
+  within("region_points", s.region_points, 1, 65536);
+  within("scene_points", s.scene_points, 1, 1 << 20);
+  if (!(s.voxel_m >= 1e-4)) throw std::invalid_argument("voxel_m is out of range");
+}
+
+/// Copies every stored tensor onto its place; all places must be met, with the same shape.
+void copy_tensors(const Container& container, std::map<std::string, torch::Tensor> places) {
+  const torch::NoGradGuard no_grad;
+  for (const NamedTensor& stored : container.tensors) {
+    const auto place = places.find(stored.name);
+    if (place == places.end()) throw std::invalid_argument("tensor '" + stored.name + "' belongs nowhere");
+    if (place->second.sizes() != stored.tensor.sizes() || stored.tensor.scalar_type() != torch::kFloat32)
+      throw std::invalid_argument("tensor '" + stored.name + "' has another shape or type");
+    if (!torch::isfinite(stored.tensor).all().item<bool>())
+      throw std::invalid_argument("tensor '" + stored.name + "' holds numbers that are not finite");
+    place->second.copy_(stored.tensor);
+    places.erase(place);
+  }
+  if (!places.empty()) throw std::invalid_argument("tensor '" + places.begin()->first + "' is missing");
+}
+
+std::map<std::string, torch::Tensor> places_of(const Model& model, const AdamW& optimizer) {
+  std::map<std::string, torch::Tensor> places = optimizer.state();
+  for (const auto& item : model.network->named_parameters())
+    places["weights/" + item.key()] = item.value().detach();
+  return places;
+}
+
+}  // namespace
+
+std::unique_ptr<AdamW> make_optimizer(const Model& model, const TrainRates& rates) {
+  FlowRamNetwork network = model.network;  // a shared handle
+  return std::make_unique<AdamW>(*network, optimizer_options(rates));
+}
+
+void write_checkpoint(const std::filesystem::path& file, const Model& model, const AdamW& optimizer,
+                      const TrainProgress& progress) {
+  Container container;
+  container.text["policy"] = header_of(model, progress);
+  for (const auto& [name, tensor] : places_of(model, optimizer))
+    container.tensors.push_back({name, tensor.contiguous()});
+  write_container(file, container);
+}
+
+LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
+  const Container container = read_container(file);
+  try {
+    const auto text = container.text.find("policy");
+    if (text == container.text.end()) throw std::invalid_argument("the text 'policy' is missing");
+    const Json json = Json::parse(text->second);
+    Model read;
+    TrainProgress progress;
+    visit_header(read, progress, [&json](const char* name, auto& value) { json.at(name).get_to(value); });
+    require_sane(read.shape);
+    progress.options.radius = read.radius.kind;
+    progress.options.backbone = read.backbone;
+    progress.options.objective = read.objective_name;
+    progress.options.grounded = read.shape.grounded;
+    progress.options.point_encoder = read.shape.point_encoder;
+    LoadedCheckpoint loaded{make_model(read.shape, read.radius, read.backbone, read.objective_name, 0),
+                            nullptr, std::move(progress)};
+    loaded.model.vocabulary.restore(json.at("vocabulary").get<std::vector<std::string>>());
+    loaded.model.bounds = {corner(json.at("bounds").at(0)), corner(json.at("bounds").at(1))};
+    loaded.model.scale = PositionScale::from_bounds(loaded.model.bounds);
+    loaded.optimizer = make_optimizer(loaded.model, loaded.progress.rates);
+    loaded.optimizer->steps = loaded.progress.optimizer_steps;
+    copy_tensors(container, places_of(loaded.model, *loaded.optimizer));
+    return loaded;
+  } catch (const std::exception& e) {
+    throw BadCheckpoint(file.string() + ": " + e.what());
+  }
+}
+
+std::string weights_sha256(const Model& model) {
+  std::vector<std::uint8_t> bytes;
+  for (const auto& item : model.network->named_parameters()) {
+    bytes.insert(bytes.end(), item.key().begin(), item.key().end());
+    const torch::Tensor t = item.value().detach().contiguous();
+    const auto* first = static_cast<const std::uint8_t*>(t.data_ptr());
+    bytes.insert(bytes.end(), first, first + t.nbytes());
+  }
+  return sha256_hex(bytes);
+}
+
+}  // namespace flowscope

@@ -1,0 +1,62 @@
+#include "policy/grounding.h"
+
+namespace flowscope {
+namespace {
+
+// Directions per head beside the tool's three: difference to the mean anchor, its horizontal perpendicular,
+// normal, and the normal's horizontal perpendicular.
+constexpr int per_head = 4;
+constexpr double offset_unit_m = 0.1;
+
+// e_z × v.
+torch::Tensor quarter_turn(const torch::Tensor& v) {
+  return torch::stack({-v.select(-1, 1), v.select(-1, 0), torch::zeros_like(v.select(-1, 0))}, -1);
+}
+
+torch::Tensor as_tensor(const Eigen::Vector3d& v) {
+  return torch::tensor({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
+}
+
+}  // namespace
+
+GroundingImpl::GroundingImpl(int channels, int heads)
+    : heads_(heads),
+      key_(register_module("key", torch::nn::Linear(channels, key_size_ * heads))),
+      mix_(register_module("mix", torch::nn::Linear(channels, heads))),
+      read_(register_module("read", torch::nn::Linear(channels, 3 * (3 + per_head * heads) + 9))),
+      query_(register_module("query",
+                             torch::nn::Sequential(torch::nn::Linear(channels, channels), torch::nn::GELU(),
+                                                   torch::nn::Linear(channels, key_size_ * heads)))) {
+  const torch::NoGradGuard no_grad;
+  read_->weight.mul_(0.1);
+  read_->bias.zero_();
+}
+
+GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const Points& points,
+                                             const torch::Tensor& tool_axes, const PositionScale& scale) {
+  const std::int64_t batch = action.size(0), count = points.position.size(1);
+  const torch::Tensor keys = key_(points.token).view({batch, count, heads_, key_size_}).permute({0, 2, 1, 3});
+  const torch::Tensor query = query_->forward(action).view({batch, heads_, key_size_, 1});
+  const torch::Tensor weights = torch::softmax(torch::matmul(keys, query).squeeze(-1), -1);  // [B, H, P]
+  const torch::Tensor anchors = torch::bmm(weights, points.position);  // [B, H, 3] metres
+  const torch::Tensor normals = torch::bmm(weights, points.normal);
+  const torch::Tensor mix = torch::softmax(mix_(action), -1).unsqueeze(1);  // [B, 1, H]
+  const torch::Tensor base = torch::bmm(mix, anchors).squeeze(1);
+
+  const torch::Tensor differences = anchors - base.unsqueeze(1);
+  const torch::Tensor directions = differences / (differences.norm(2, -1, true) + 0.02);
+  const torch::Tensor basis =
+      torch::cat({tool_axes, directions, quarter_turn(directions), normals, quarter_turn(normals)}, 1);
+  const torch::Tensor read = read_(action);
+  const std::int64_t size = 3 + per_head * heads_;
+  const torch::Tensor combined = torch::bmm(read.narrow(1, 0, 3 * size).view({batch, 3, size}), basis);
+  const torch::Tensor constants = read.narrow(1, 3 * size, 9).view({batch, 3, 3});
+  const torch::Tensor vectors = combined + constants;  // [B, 3, 3]: offset, rotation column 1, column 2
+
+  const torch::Tensor position = base + offset_unit_m * vectors.select(1, 0);
+  const torch::Tensor normalised = (position - as_tensor(scale.center)) / as_tensor(scale.half);
+  return {torch::cat({normalised, vectors.select(1, 1), vectors.select(1, 2)}, -1),
+          torch::bmm(mix, weights).squeeze(1)};
+}
+
+}  // namespace flowscope

@@ -1,0 +1,57 @@
+// FlowRAM's network: encoders, state space fusion and velocity network (paper §3.3, §3.4).
+#pragma once
+
+#include <torch/torch.h>
+
+#include "policy/backbone.h"
+#include "policy/batch.h"
+#include "policy/grounding.h"
+#include "policy/point_tokens.h"
+
+namespace flowscope {
+
+/// Everything that one observation contributes, computed once per observation and kept along the flow.
+struct SceneMemory {
+  torch::Tensor words, word_color;       ///< [S, W, C], [S, W, 3]
+  torch::Tensor word_row, word_mention;  ///< [S, W]
+  torch::Tensor image, image_raw;        ///< [S, M, C] after and before fusion
+  torch::Tensor history;    ///< [S, 3, C] after fusion: carries the prefix to the region's sequence
+  torch::Tensor condition;  ///< [S, C] proprioception, keyframe index and instruction
+  torch::Tensor image_position, image_normal, history_position, tool_axes;
+};
+
+struct NetworkOutput {
+  torch::Tensor action;      ///< [B, 9] grounded: predicted end point x1; else the velocity. Normalised
+  torch::Tensor open_logit;  ///< [B]
+  torch::Tensor
+      weights;  ///< [B, n + M + 3] of region, image and history points; undefined for the plain form
+};
+
+/// F_in = [instruction, image tokens, history | geometry, noisy pose]: the unchanging prefix first, the
+/// action token last, so a causal scan lets the action see everything (as paper: [geometry, image,
+/// instruction, history, pose]).
+class FlowRamNetworkImpl : public torch::nn::Module {
+ public:
+  FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone);
+  SceneMemory encode(const SceneBatch& scenes);
+  /// B must be a multiple of S; draws are scene-major.
+  NetworkOutput forward(const SceneMemory& memory, const DrawBatch& draws, const PositionScale& scale);
+
+ private:
+  torch::Tensor time_embedding(const torch::Tensor& t);
+
+  NetworkShape shape_;
+  torch::nn::Embedding word_table_{nullptr}, mention_table_{nullptr}, place_table_{nullptr},
+      keyframe_table_{nullptr};
+  torch::nn::Linear word_color_{nullptr};
+  torch::nn::Sequential history_{nullptr}, proprioception_{nullptr}, time_{nullptr}, patch_{nullptr},
+      pose_{nullptr}, instruction_{nullptr};
+  PointTokens image_tokens_{nullptr}, region_tokens_{nullptr};
+  Backbone prefix_{nullptr}, point_encoder_{nullptr}, fusion_{nullptr}, velocity_{nullptr};
+  torch::nn::LayerNorm out_norm_{nullptr};
+  Grounding grounding_{nullptr};
+  torch::nn::Sequential plain_velocity_{nullptr}, open_{nullptr};
+};
+TORCH_MODULE(FlowRamNetwork);
+
+}  // namespace flowscope

@@ -1,0 +1,51 @@
+#include "policy/point_tokens.h"
+
+namespace flowscope {
+namespace {
+
+torch::Tensor distance2(const torch::Tensor& a, const torch::Tensor& b) {
+  return (a.unsqueeze(2) - b.unsqueeze(1)).square().sum(-1);
+}
+
+// Colour with its brightness taken off: what shading leaves alone.
+torch::Tensor hue(const torch::Tensor& rgb) {
+  const torch::Tensor centered = rgb - rgb.mean(-1, true);
+  return centered / (centered.norm(2, -1, true) + 0.1);
+}
+
+}  // namespace
+
+PointTokensImpl::PointTokensImpl(int features, int channels)
+    : in_(register_module("in", torch::nn::Linear(features, channels))),
+      query_(register_module("query", torch::nn::Linear(channels, channels))),
+      key_(register_module("key", torch::nn::Linear(channels, channels))),
+      value_(register_module("value", torch::nn::Linear(channels, channels))),
+      sharp_(register_module("sharp",
+                             torch::nn::Linear(torch::nn::LinearOptions(channels, channels).bias(false)))),
+      wide_(register_module("wide",
+                            torch::nn::Linear(torch::nn::LinearOptions(channels, channels).bias(false)))),
+      out_(register_module("out",
+                           torch::nn::Sequential(torch::nn::GELU(), torch::nn::Linear(channels, channels),
+                                                 torch::nn::GELU(), torch::nn::Linear(channels, channels)))),
+      log_width_(register_parameter("log_width", torch::tensor({2.5f, 1.f}))),
+      gain_(register_parameter("gain", torch::tensor({0.8f}))) {}
+
+torch::Tensor PointTokensImpl::forward(const torch::Tensor& features, const torch::Tensor& color,
+                                       const torch::Tensor& words, const torch::Tensor& word_color,
+                                       const torch::Tensor& is_color, const torch::Tensor& is_word,
+                                       const torch::Tensor& mention, const torch::Tensor& extra) {
+  const torch::Tensor width = log_width_.exp();
+  const torch::Tensor mask = is_color.unsqueeze(1);
+  const torch::Tensor near = torch::exp(-width[0] * distance2(color, gain_ * word_color)) * mask;
+  const torch::Tensor alike = torch::exp(-width[1] * distance2(hue(color), hue(word_color))) * mask;
+  torch::Tensor h =
+      in_(features) + torch::bmm(near, sharp_(mention)) + torch::bmm(near * alike, wide_(mention));
+  if (extra.defined()) h = h + extra;
+  const double scale = 1.0 / std::sqrt(static_cast<double>(h.size(-1)));
+  torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), key_(words).transpose(1, 2)) * scale;
+  scores = scores.masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
+  h = h + torch::bmm(torch::softmax(scores, -1), value_(words));
+  return out_->forward(h);
+}
+
+}  // namespace flowscope

@@ -1,0 +1,115 @@
+#include "policy/sample.h"
+
+#include <algorithm>
+#include <numbers>
+#include <stdexcept>
+
+namespace flowscope {
+namespace {
+
+RobotState state_at(const Demo& demo, int frame) {
+  const Frame& f = demo.frames.at(static_cast<std::size_t>(frame));
+  return {f.world_from_tool, f.openness, f.q};
+}
+
+// A rotation about the grey axis, half of the time with two channels exchanged: keeps every distance between
+// colours.
+Eigen::Matrix3f random_recoloring(Random& random) {
+  const auto angle = static_cast<float>(random.uniform(-std::numbers::pi, std::numbers::pi));
+  Eigen::Matrix3f m = Eigen::AngleAxisf(angle, Eigen::Vector3f::Ones().normalized()).toRotationMatrix();
+  if (random.uniform() < 0.5) m.row(0).swap(m.row(1));
+  return m;
+}
+
+void recolor(PreparedScene& scene, std::vector<Word>& words, const Eigen::Matrix3f& map) {
+  for (ScenePoint& p : scene.points) p.color = map * p.color;
+  for (Patch& patch : scene.patches)
+    for (std::size_t k = 0; k < patch.size(); k += 3) {
+      Eigen::Map<Eigen::Vector3f> rgb(&patch[k]);
+      rgb = (map * rgb).eval();
+    }
+  for (Word& w : words)
+    if (w.row == Vocabulary::color) w.color = map * w.color;
+}
+
+}  // namespace
+
+SceneInput prepare_input(const PolicyInput& input, const Box& bounds, const NetworkShape& shape,
+                         const Vocabulary& vocabulary) {
+  if (input.history.empty()) throw std::invalid_argument("the policy input has no robot state");
+  SceneInput out;
+  out.scene = std::make_shared<const PreparedScene>(prepare_scene(input.observation, bounds, shape));
+  out.words = vocabulary.encode(input.instruction, shape.words);
+  const int known = static_cast<int>(input.history.size());
+  for (int i = 0; i < history_length; ++i)
+    out.history[static_cast<std::size_t>(i)] =
+        input.history[static_cast<std::size_t>(std::max(0, known - history_length + i))];
+  out.keyframe_index = std::max(0, input.keyframe_index);
+  return out;
+}
+
+PolicyInput input_of_keyframe(const Demo& demo, int k) {
+  if (k < 0 || k >= static_cast<int>(demo.keyframes.size()))
+    throw std::invalid_argument("demonstration " + demo.info.id + " has no keyframe " + std::to_string(k));
+  PolicyInput input;
+  input.observation = k == 0 ? demo.start : demo.keyframes[static_cast<std::size_t>(k - 1)].observation;
+  input.instruction = demo.info.instruction;
+  input.keyframe_index = k;
+  if (demo.frames.empty())
+    throw std::invalid_argument("demonstration " + demo.info.id + " has no frames, so no robot state");
+  input.history.push_back(state_at(demo, 0));
+  for (int j = 0; j < k; ++j)
+    input.history.push_back(state_at(demo, demo.keyframes[static_cast<std::size_t>(j)].frame));
+  return input;
+}
+
+std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const NetworkShape& shape,
+                               const Vocabulary& vocabulary) {
+  std::vector<Sample> samples;
+  try {
+    std::vector<std::vector<Word>> phrasings{vocabulary.encode(demo.info.instruction, shape.words)};
+    for (const std::string& text : demo.instructions)
+      if (text != demo.info.instruction) phrasings.push_back(vocabulary.encode(text, shape.words));
+    for (int k = 0; k < static_cast<int>(demo.keyframes.size()); ++k)
+      samples.push_back({demo.info.id, prepare_input(input_of_keyframe(demo, k), bounds, shape, vocabulary),
+                         phrasings, demo.keyframes[static_cast<std::size_t>(k)].action});
+  } catch (const std::exception& e) {
+    throw std::invalid_argument("demonstration " + demo.info.id + ": " + e.what());
+  }
+  if (samples.empty()) throw std::invalid_argument("demonstration " + demo.info.id + " has no keyframes");
+  return samples;
+}
+
+Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random) {
+  Sample out = sample;
+  auto scene = std::make_shared<PreparedScene>(*sample.input.scene);
+  const double limit = rates.rotation_deg * std::numbers::pi / 180;
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(random.uniform(-limit, limit), Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d shift(random.uniform(-rates.shift_m, rates.shift_m),
+                              random.uniform(-rates.shift_m, rates.shift_m),
+                              random.uniform(-rates.lift_m, rates.lift_m));
+  const Pose moved_from_world{center + shift - turn * center, turn};
+
+  // First phrasing half of the time: it is the one that evaluation uses.
+  if (random.uniform() < 0.5)
+    out.input.words =
+        sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
+  if (random.uniform() < 0.7) recolor(*scene, out.input.words, random_recoloring(random));
+  const Eigen::Matrix3f rotation = turn.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f offset = moved_from_world.position.cast<float>();
+  const auto jitter =
+      static_cast<float>(rates.jitter_m * std::sqrt(3.0));  // uniform with that standard deviation
+  for (ScenePoint& p : scene->points) {
+    Eigen::Vector3f noise;
+    for (int a = 0; a < 3; ++a) noise[a] = static_cast<float>(random.uniform(-1, 1)) * jitter;
+    p.position = rotation * p.position + offset + noise;
+    p.normal = rotation * p.normal;
+  }
+  scene->plane_z += static_cast<float>(shift.z());
+  for (RobotState& r : out.input.history) r.world_from_tool = moved_from_world * r.world_from_tool;
+  out.target.world_from_tool = moved_from_world * sample.target.world_from_tool;
+  out.input.scene = std::move(scene);
+  return out;
+}
+
+}  // namespace flowscope

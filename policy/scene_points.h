@@ -1,0 +1,39 @@
+// One observation, prepared once: candidate points in the order in which the network may take them, and the
+// places and patches of the semantic tokens.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "policy/preset.h"
+#include "render/observation.h"
+
+namespace flowscope {
+
+/// Position in metres (world), colour in [0, 1], unit normal (world, towards the camera).
+struct ScenePoint {
+  Eigen::Vector3f position, color, normal;
+};
+
+/// Pixels of one patch: 8 x 8 every second pixel around a point's own pixel, RGB in [0, 1].
+inline constexpr int patch_side = 8, patch_values = patch_side * patch_side * 3;
+using Patch = std::array<float, patch_values>;
+
+/// Points are in farthest-point order at the front (an even cover of the scene) and in a fixed shuffled order
+/// behind, so the first n of them that lie inside any sphere cover it evenly. The first `patches.size()`
+/// points are the places of the semantic tokens.
+struct PreparedScene {
+  std::vector<ScenePoint> points;
+  std::vector<Patch> patches;
+  float plane_z = 0;  ///< height of the dominant horizontal plane, metres, world
+};
+
+/// Cloud from RGB-D inside `bounds` widened to the workspace; fine grid on things, coarse grid on the
+/// dominant plane; deterministic. Throws std::invalid_argument when views are missing, of odd sizes, or no
+/// point is inside.
+PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape);
+
+/// The task's keyframe box widened so that what the keyframes stand on and belong to is seen.
+Box workspace_of(const Box& bounds);
+
+}  // namespace flowscope

@@ -1,0 +1,77 @@
+#include "policy/words.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+#include <utility>
+
+namespace flowscope {
+namespace {
+
+struct NamedColor {
+  std::string_view name;
+  std::array<float, 3> rgb;
+};
+constexpr std::array<NamedColor, 20> named_colors{{
+    {"red", {1, 0, 0}},        {"maroon", {.5f, 0, 0}},
+    {"lime", {0, 1, 0}},       {"green", {0, .5f, 0}},
+    {"blue", {0, 0, 1}},       {"navy", {0, 0, .5f}},
+    {"yellow", {1, 1, 0}},     {"cyan", {0, 1, 1}},
+    {"magenta", {1, 0, 1}},    {"silver", {.75f, .75f, .75f}},
+    {"gray", {.5f, .5f, .5f}}, {"orange", {1, .5f, 0}},
+    {"olive", {.5f, .5f, 0}},  {"purple", {.5f, 0, .5f}},
+    {"teal", {0, .5f, .5f}},   {"azure", {0, .5f, 1}},
+    {"violet", {.5f, 0, 1}},   {"rose", {1, 0, .5f}},
+    {"black", {0, 0, 0}},      {"white", {1, 1, 1}},
+}};
+
+}  // namespace
+
+std::vector<std::string> split_words(std::string_view instruction) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char c : instruction) {
+    if (std::isalnum(static_cast<unsigned char>(c))) {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (!word.empty()) {
+      words.push_back(std::exchange(word, {}));
+    }
+  }
+  if (!word.empty()) words.push_back(word);
+  return words;
+}
+
+std::optional<Eigen::Vector3f> color_of_word(std::string_view word) {
+  for (const NamedColor& c : named_colors)
+    if (c.name == word) return Eigen::Vector3f(c.rgb[0], c.rgb[1], c.rgb[2]);
+  return std::nullopt;
+}
+
+void Vocabulary::learn(std::string_view instruction) {
+  for (const std::string& word : split_words(instruction)) {
+    if (color_of_word(word) || static_cast<int>(known_.size()) + first >= capacity_) continue;
+    if (std::find(known_.begin(), known_.end(), word) == known_.end()) known_.push_back(word);
+  }
+}
+
+std::vector<Word> Vocabulary::encode(std::string_view instruction, int limit) const {
+  std::vector<Word> out;
+  int mentions = 0;
+  for (const std::string& text : split_words(instruction)) {
+    if (static_cast<int>(out.size()) == limit) break;
+    Word word;
+    if (const auto rgb = color_of_word(text)) {
+      word = {color, ++mentions, *rgb};
+    } else {
+      const auto it = std::find(known_.begin(), known_.end(), text);
+      word.row = it == known_.end() ? unknown : first + static_cast<int>(it - known_.begin());
+    }
+    out.push_back(word);
+  }
+  if (out.empty())
+    throw std::invalid_argument("the instruction \"" + std::string(instruction) + "\" holds no word");
+  return out;
+}
+
+}  // namespace flowscope

@@ -1,0 +1,122 @@
+// What the perception sphere lets through.
+#include "policy/region.h"
+
+#include <gtest/gtest.h>
+
+#include "policy/random.h"
+#include "policy/sample.h"
+#include "tests/support/synthetic_demo.h"
+
+namespace flowscope {
+namespace {
+
+std::vector<ScenePoint> cloud(int count) {
+  Random random(5);
+  std::vector<ScenePoint> points;
+  for (int i = 0; i < count; ++i) {
+    ScenePoint p{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+    for (int a = 0; a < 3; ++a) p.position[a] = static_cast<float>(random.uniform(-0.5, 0.5));
+    points.push_back(p);
+  }
+  return points;
+}
+
+TEST(Region, TakesOnlyPointsInsideWhenThereAreEnough) {
+  const auto points = cloud(2000);
+  const Eigen::Vector3f center(0.1f, 0, -0.1f);
+  const RegionPoints region = select_region(points, center, 0.3f, 64);
+  int inside = 0;
+  for (const auto& p : points) inside += (p.position - center).norm() <= 0.3f;
+  EXPECT_EQ(region.points_inside, inside);
+  ASSERT_EQ(region.index.size(), 64u);
+  for (const int i : region.index)
+    EXPECT_LE((points[static_cast<std::size_t>(i)].position - center).norm(), 0.3f);
+}
+
+TEST(Region, PadsWithTheNearestOutsideAndSaysSo) {
+  const auto points = cloud(50);
+  const Eigen::Vector3f center(0, 0, 0);
+  const RegionPoints region = select_region(points, center, 0.15f, 16);
+  ASSERT_LT(region.points_inside, 16);
+  float farthest_taken = 0;
+  int inside = 0;
+  for (std::size_t i = 0; i < region.index.size(); ++i) {
+    const float d = points[static_cast<std::size_t>(region.index[i])].position.norm();
+    EXPECT_EQ(region.inside[i] != 0, d <= 0.15f);
+    inside += region.inside[i];
+    farthest_taken = std::max(farthest_taken, d);
+  }
+  EXPECT_EQ(inside, region.points_inside);
+  int nearer = 0;
+  for (const auto& p : points) nearer += p.position.norm() <= farthest_taken;
+  EXPECT_EQ(nearer, 16);
+}
+
+TEST(Region, FillsUpFromAnEmptySphereAndATinyScene) {
+  const auto points = cloud(3);
+  const RegionPoints far = select_region(points, {9, 9, 9}, 0.1f, 8);
+  EXPECT_EQ(far.points_inside, 0);
+  EXPECT_EQ(far.index.size(), 8u);
+  EXPECT_EQ(select_region(points, {0, 0, 0}, 5.f, 8).index.size(), 8u);
+  EXPECT_THROW(select_region({}, {0, 0, 0}, 1.f, 8), std::invalid_argument);
+}
+
+TEST(ScenePoints, LieOnTheThingsAndCoverThem) {
+  const Demo demo = testing::toy_push_buttons(4);
+  NetworkShape shape;
+  const PreparedScene scene = prepare_scene(demo.start, demo.bounds, shape);
+  EXPECT_NEAR(scene.plane_z, testing::table_z, 0.004);
+  EXPECT_LE(scene.points.size(), static_cast<std::size_t>(shape.scene_points));
+  EXPECT_EQ(scene.patches.size(), static_cast<std::size_t>(shape.image_tokens));
+  // Every button's cap holds candidate points, at its height.
+  for (const Keyframe& k : demo.keyframes) {
+    int near = 0;
+    for (const ScenePoint& p : scene.points) {
+      const Eigen::Vector3d d = p.position.cast<double>() - k.action.world_from_tool.position;
+      near += d.head<2>().norm() < 0.02 && std::abs(p.position.z() - (testing::table_z + 0.032)) < 0.002;
+    }
+    EXPECT_GT(near, 8);
+  }
+}
+
+TEST(ScenePoints, RefuseAPictureThatDoesNotFit) {
+  Demo demo = testing::toy_push_buttons(4);
+  NetworkShape shape;
+  EXPECT_THROW(prepare_scene({}, demo.bounds, shape), std::invalid_argument);
+  EXPECT_THROW(prepare_scene(demo.start, {{90, 90, 90}, {91, 91, 91}}, shape), std::invalid_argument);
+  demo.start.views[1].depth.data.pop_back();
+  EXPECT_THROW(prepare_scene(demo.start, demo.bounds, shape), std::invalid_argument);
+}
+
+TEST(Augmentation, MovesSceneHistoryAndTargetTogether) {
+  const Demo demo = testing::toy_push_buttons(2);
+  NetworkShape shape;
+  Vocabulary vocabulary;
+  vocabulary.learn(demo.info.instruction);
+  const Sample sample = samples_of(demo, demo.bounds, shape, vocabulary).back();
+  TrainRates rates;
+  rates.jitter_m = 0;
+  Random random(11);
+  const Sample moved = augment(sample, rates, {0.25, 0, 0.8}, random);
+  const Pose change = moved.target.world_from_tool * sample.target.world_from_tool.inverse();
+  EXPECT_GT(change.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.01);
+  EXPECT_LT((change.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(), 1e-9);
+  for (std::size_t i = 0; i < sample.input.scene->points.size(); i += 97) {
+    const Eigen::Vector3d expected = change * sample.input.scene->points[i].position.cast<double>();
+    EXPECT_LT((moved.input.scene->points[i].position.cast<double>() - expected).norm(), 1e-5);
+  }
+  for (std::size_t i = 0; i < history_length; ++i)
+    EXPECT_LT(position_error_m(moved.input.history[i].world_from_tool,
+                               change * sample.input.history[i].world_from_tool),
+              1e-9);
+  // Colours turn together: the distance of a point's colour to a colour word's stays.
+  const auto distance = [](const Sample& s, std::size_t point) {
+    for (const Word& w : s.input.words)
+      if (w.row == Vocabulary::color) return (s.input.scene->points[point].color - w.color).norm();
+    return -1.f;
+  };
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_NEAR(distance(sample, i), distance(moved, i), 1e-5);
+}
+
+}  // namespace
+}  // namespace flowscope
