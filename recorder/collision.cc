@@ -64,6 +64,7 @@ struct CollisionChecker::Impl {
     collide(start);
     for (int i = 0; i < data->ncon; ++i) {
       const mjContact& contact = data->contact[i];
+      if (!concerns_robot(contact)) continue;
       double& depth = depth_at_start[{contact.geom1, contact.geom2}];
       depth = std::max(depth, -contact.dist);
     }
@@ -102,11 +103,14 @@ struct CollisionChecker::Impl {
     mj_collision(model, data.get());
   }
 
+  bool concerns_robot(const mjContact& contact) const {
+    const int body1 = model->geom_bodyid[contact.geom1], body2 = model->geom_bodyid[contact.geom2];
+    return (moves[body1] || moves[body2]) && !(in_hand[body1] && in_hand[body2]);
+  }
+
   /// How far beyond what is allowed, metres; <= 0 when the contact is no collision.
   double excess(const mjContact& contact) const {
-    const int body1 = model->geom_bodyid[contact.geom1], body2 = model->geom_bodyid[contact.geom2];
-    if (!moves[body1] && !moves[body2]) return 0;
-    if (in_hand[body1] && in_hand[body2]) return 0;
+    if (!concerns_robot(contact)) return 0;
     const auto known = depth_at_start.find({contact.geom1, contact.geom2});
     const double allowed = known == depth_at_start.end() ? 0 : known->second;
     return -contact.dist - std::max(allowed, 0.0) - kTolerance_m;
@@ -130,6 +134,9 @@ bool CollisionChecker::is_free(const JointVector& q) {
   return std::none_of(contacts, contacts + impl_->data->ncon,
                       [&](const mjContact& contact) { return impl_->excess(contact) > 0; });
 }
+
+bool CollisionChecker::touches_at_start() const { return !impl_->depth_at_start.empty(); }
+void CollisionChecker::forget_start() { impl_->depth_at_start.clear(); }
 
 std::string CollisionChecker::describe(const JointVector& q) {
   impl_->collide(q);

@@ -24,6 +24,10 @@ class CollisionChecker {
   CollisionChecker& operator=(const CollisionChecker&) = delete;
 
   bool is_free(const JointVector& q);
+  /// Whether a moving part touches something other than what the hand holds, as the world stands.
+  bool touches_at_start() const;
+  /// From here on touching at the start is no excuse.
+  void forget_start();
   /// Deepest collision at `q` as "hand and drawer_frame, 12 mm deep"; empty when free.
   std::string describe(const JointVector& q);
 

@@ -23,6 +23,7 @@ constexpr int kSettleFrames = 6;      ///< at most, after the last target
 constexpr double kStill_rad_s = 0.1;  ///< the keyframe rule's bound
 constexpr double kReached_m = 0.005, kReached_rad = 2 * std::numbers::pi / 180;
 constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop of its own
+constexpr double kWithdraw_m = 0.03;
 constexpr double kLinearCheck_rad = 0.01;
 
 template <typename... Args>
@@ -141,6 +142,18 @@ class Mover {
                      [&](const JointVector& a, const JointVector& b) { return cost(a) < cost(b); });
   }
 
+  /// Back along the tool's own axis: a hand that leaves sideways what it has just pressed would scrape along
+  /// it.
+  JointPath withdraw(const IsFree& is_free) const {
+    Pose back = kinematics_.world_from_tool(start_);
+    back.position -= kWithdraw_m * (back.rotation * Eigen::Vector3d::UnitZ());
+    JointPath path = straight_tool_path(kinematics_, start_, back);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      if (!segment_is_free(path[i - 1], path[i], is_free, kLinearCheck_rad)) return {start_};
+    }
+    return path.empty() ? JointPath{start_} : path;
+  }
+
   bool can_go_on(JointVector q) const {
     for (const auto& pose : request_.then) {
       const JointPath path = straight_tool_path(kinematics_, q, pose);
@@ -180,6 +193,9 @@ class Mover {
       return {};
     }
     CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) { return checker.is_free(q); };
+    const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
+    if (retreat.size() > 1) checker.forget_start();
     const std::vector<JointVector> goals = choose_goals(postures, checker);
     if (goals.empty()) {
       return failed(
@@ -189,12 +205,11 @@ class Mover {
     PlanLimits search;
     search.seed = request_.seed;
     search.time_limit_s = request_.time_limit_s;
-    Plan plan = plan_joint_path(
-        start_, goals, kinematics_.limits(), [&](const JointVector& q) { return checker.is_free(q); }, search,
-        stop_);
+    Plan plan = plan_joint_path(retreat.back(), goals, kinematics_.limits(), is_free, search, stop_);
     switch (plan.outcome) {
       case PlanOutcome::solved:
-        path = std::move(plan.path);
+        path = retreat;
+        path.insert(path.end(), plan.path.begin() + 1, plan.path.end());
         return {};
       case PlanOutcome::cancelled:
         return failed(MotionFailure::cancelled, "cancelled while planning");
