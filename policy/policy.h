@@ -15,8 +15,9 @@ namespace flowscope {
 struct PolicyInput {
   Observation observation;
   std::string instruction;
-  std::vector<RobotState> history;  ///< oldest first, last is now; at least one; the policy takes the last three
-  int keyframe_index = 0;           ///< how many keyframes lie behind
+  std::vector<RobotState>
+      history;             ///< oldest first, last is now; at least one; the policy takes the last three
+  int keyframe_index = 0;  ///< how many keyframes lie behind
 };
 
 struct PredictOptions {
@@ -27,9 +28,9 @@ struct PredictOptions {
   struct Branch {
     const FlowTrace* from = nullptr;
     int step = 0;
-    std::optional<Eigen::Vector3d> position;        ///< metres, world
+    std::optional<Eigen::Vector3d> position;  ///< metres, world
     std::optional<Eigen::Quaterniond> rotation;
-    std::optional<double> radius_m;                 ///< held from this step on
+    std::optional<double> radius_m;  ///< held from this step on
   };
   std::optional<Branch> branch;
 };
@@ -38,7 +39,8 @@ struct PredictOptions {
 class Policy {
  public:
   virtual ~Policy() = default;
-  /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the caller's to fill.
+  /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the
+  /// caller's to fill.
   virtual FlowTrace predict(const PolicyInput& input, const PredictOptions& options) = 0;
 };
 

@@ -13,14 +13,14 @@
 namespace flowscope {
 
 struct TrainOptions {
-  std::string preset = "desk";         ///< assets/policies/<preset>.yaml
+  std::string preset = "desk";  ///< assets/policies/<preset>.yaml
   std::string objective = "cfm", backbone = "mamba";
   std::string radius = "linear";
   bool point_encoder = true;
-  bool grounded = true;                ///< false: the paper's own form (velocity straight from the action token)
-  bool augment = true;                 ///< rotation about z, shifts, recolouring
+  bool grounded = true;  ///< false: the paper's own form (velocity straight from the action token)
+  bool augment = true;   ///< rotation about z, shifts, recolouring
   std::uint64_t seed = 0;
-  double expected_minutes = 0;         ///< > 0: the learning-rate schedule ends there
+  double expected_minutes = 0;  ///< > 0: the learning-rate schedule ends there
 };
 
 struct Validation {
@@ -39,7 +39,8 @@ struct TrainStatus {
 /// Owns network, optimiser, EMA copy and random state. One thread (the policy thread).
 class Trainer : public Policy {
  public:
-  /// Fresh weights; statistics (bounds) come from the demonstrations added before the first step and are stored with the weights.
+  /// Fresh weights; statistics (bounds) come from the demonstrations added before the first step and are
+  /// stored with the weights.
   static std::unique_ptr<Trainer> create(const TrainOptions& options);
   /// Goes on exactly where `save` stopped: weights, moments, EMA, random state, step. Throws BadCheckpoint.
   static std::unique_ptr<Trainer> resume(const std::filesystem::path& file);
@@ -47,7 +48,8 @@ class Trainer : public Policy {
   /// The next batch may already hold it. Adding an id twice replaces. `held_out` demos are only validated on.
   virtual void add(const Demo& demo, bool held_out = false) = 0;
   virtual void remove(const std::string& id) = 0;
-  /// One optimiser step. A non-finite loss or gradient skips the update and is reported; three in a row throw.
+  /// One optimiser step. A non-finite loss or gradient skips the update and is reported; three in a row
+  /// throw.
   virtual TrainStatus step() = 0;
   virtual TrainStatus status() const = 0;
   virtual Validation validate(int flow_steps = 4) = 0;

@@ -22,9 +22,10 @@ struct GripperAction {
 /// One record at 20 Hz.
 struct Frame {
   double time_s = 0;
-  std::array<double, 7> q{}, dq{};  ///< arm joints, rad and rad/s, as the simulator has them (never differenced)
-  double openness = 1;              ///< finger opening / full opening
-  bool gripper_open = true;         ///< openness > 0.95, the benchmark's rule
+  std::array<double, 7> q{},
+      dq{};                  ///< arm joints, rad and rad/s, as the simulator has them (never differenced)
+  double openness = 1;       ///< finger opening / full opening
+  bool gripper_open = true;  ///< openness > 0.95, the benchmark's rule
   Pose world_from_tool;
   SceneState state;
 };
@@ -47,7 +48,8 @@ struct DemoInfo {
   std::uint64_t bytes = 0;  ///< of the file
 };
 
-/// To predict keyframe k (0-based) the policy sees `start` for k = 0 and keyframes[k-1].observation after that.
+/// To predict keyframe k (0-based) the policy sees `start` for k = 0 and keyframes[k-1].observation after
+/// that.
 struct Demo {
   DemoInfo info;
   std::vector<std::string> instructions;  ///< all phrasings of this variation; the first is info.instruction

@@ -7,9 +7,10 @@
 
 namespace flowscope {
 
-/// Indices of the keyframes of a run recorded at 20 Hz: where the arm stands still (every |dq| <= 0.1 rad/s) with an
-/// unchanged gripper, where the gripper changes, and the last frame; the second-to-last goes when the last two are
-/// neighbours. Frame 0 is never one. After peract/peract helpers/demo_loading_utils.py, with indices clamped at 0.
+/// Indices of the keyframes of a run recorded at 20 Hz: where the arm stands still (every |dq| <= 0.1 rad/s)
+/// with an unchanged gripper, where the gripper changes, and the last frame; the second-to-last goes when the
+/// last two are neighbours. Frame 0 is never one. After peract/peract helpers/demo_loading_utils.py, with
+/// indices clamped at 0.
 std::vector<int> find_keyframes(const std::vector<Frame>& frames);
 
 }  // namespace flowscope

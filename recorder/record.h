@@ -11,15 +11,16 @@
 
 namespace flowscope {
 
-/// Takes the four 128x128 pictures of a state; the caller provides it because only one thread may own a renderer.
+/// Takes the four 128x128 pictures of a state; the caller provides it because only one thread may own a
+/// renderer.
 using Observe = std::function<Observation(const SceneState&)>;
 
 struct RunReport {
   bool success = false;
-  std::optional<Demo> demo;      ///< set when success and there was someone to take the pictures
-  int step = -1;                 ///< index of the failing script step
-  int line = 0;                  ///< its line in the script
-  std::string reason;            ///< empty when success; names waypoint, cause, and the success terms that are false
+  std::optional<Demo> demo;  ///< set when success and there was someone to take the pictures
+  int step = -1;             ///< index of the failing script step
+  int line = 0;              ///< its line in the script
+  std::string reason;  ///< empty when success; names waypoint, cause, and the success terms that are false
   double sim_seconds = 0, wall_seconds = 0;
 };
 
@@ -30,8 +31,9 @@ inline const std::vector<std::string>& observation_cameras() {
 }
 inline constexpr int observation_size = 128;  ///< pixels
 
-/// Runs `script` from the world's present state (reset before), stops early at success like the benchmark does, finds the
-/// keyframes and has them photographed. `on_frame` sees every frame (live view); may be empty.
+/// Runs `script` from the world's present state (reset before), stops early at success like the benchmark
+/// does, finds the keyframes and has them photographed. `on_frame` sees every frame (live view); may be
+/// empty.
 RunReport run_script(World& world, const Script& script, const Observe& observe,
                      const std::function<void(const Frame&)>& on_frame = {}, std::stop_token stop = {});
 

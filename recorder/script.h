@@ -22,8 +22,8 @@ struct MoveStep {
   Pose frame_from_tool;         ///< the wanted tool pose in that frame at the moment the step starts
   bool linear = false;          ///< path: linear; else planned, collision-free
   bool ignore_collisions = false;
-  /// Rotations about the frame's z that are as good: N-fold (0: any yaw). The one nearest to the tool's yaw is taken, so
-  /// that a demonstration never depends on a turn that no picture shows.
+  /// Rotations about the frame's z that are as good: N-fold (0: any yaw). The one nearest to the tool's yaw
+  /// is taken, so that a demonstration never depends on a turn that no picture shows.
   int yaw_symmetry = 1;
 };
 struct GripperStep {
@@ -39,7 +39,8 @@ struct Script {
   std::vector<Step> steps;
 };
 
-/// Throws BadScript for anything that is not the grammar: unknown keys, wrong types, not YAML, too many steps (10 000).
+/// Throws BadScript for anything that is not the grammar: unknown keys, wrong types, not YAML, too many steps
+/// (10 000).
 Script parse_script(const std::string& text, const std::string& file_name = "script");
 
 }  // namespace flowscope

@@ -16,14 +16,15 @@ struct mjData_;
 
 namespace flowscope {
 
-/// A simulation that blew up (NaN, contact buffer full, engine error). The world has been rebuilt; the run is invalid.
+/// A simulation that blew up (NaN, contact buffer full, engine error). The world has been rebuilt; the run is
+/// invalid.
 class SimulationFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Owns mjData and its own copy of the model. One thread at a time. Deterministic: same task, variation, seed and
-/// calls give the same states, bit for bit.
+/// Owns mjData and its own copy of the model. One thread at a time. Deterministic: same task, variation, seed
+/// and calls give the same states, bit for bit.
 class World {
  public:
   explicit World(std::shared_ptr<const Task> task);
@@ -36,10 +37,11 @@ class World {
   const Task& task() const;
   const Episode& episode() const;
 
-  /// Advances one recorded frame (0.05 s of physics) towards joint targets (rad) and finger openness; success terms are
-  /// evaluated at every physics step. Returns the frame at its end.
+  /// Advances one recorded frame (0.05 s of physics) towards joint targets (rad) and finger openness; success
+  /// terms are evaluated at every physics step. Returns the frame at its end.
   Frame advance(const std::array<double, 7>& joint_target, double openness_target);
-  /// Welds what lies between the fingers (closing) or lets go (opening). Called by the motion code at the end of a gripper move.
+  /// Welds what lies between the fingers (closing) or lets go (opening). Called by the motion code at the end
+  /// of a gripper move.
   void grasp();
   void release();
   std::vector<std::string> grasped() const;
@@ -47,11 +49,12 @@ class World {
   bool success() const;  ///< true once the task's condition has held (latched)
   std::vector<SuccessTerm> terms() const;
 
-  Frame frame() const;          ///< the present moment
+  Frame frame() const;  ///< the present moment
   SceneState state() const;
   void restore(const SceneState& state);  ///< throws std::invalid_argument when sizes differ
   RobotState robot() const;
-  Pose world_from(const std::string& frame) const;  ///< world, tool, body or site; throws std::invalid_argument with the known names
+  Pose world_from(const std::string& frame)
+      const;  ///< world, tool, body or site; throws std::invalid_argument with the known names
   const mjModel_* model() const;
   const mjData_* data() const;
 

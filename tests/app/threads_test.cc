@@ -79,8 +79,10 @@ web::JobStatus wait_for_end(const JobBoard& board, const std::string& id) {
 TEST(JobBoard, DoneFailedAndCancelledAreDifferentEnds) {
   std::atomic<int> changes{0};
   JobBoard board([&](const web::JobStatus&) { ++changes; });
-  const auto done = board.start("a", [](JobBoard::Handle& h) { h.update([](auto& s) { s.progress = 0.5; }); });
-  const auto failed = board.start("b", [](JobBoard::Handle&) { throw web::ApiError(422, "nope", "because", "line 3"); });
+  const auto done =
+      board.start("a", [](JobBoard::Handle& h) { h.update([](auto& s) { s.progress = 0.5; }); });
+  const auto failed =
+      board.start("b", [](JobBoard::Handle&) { throw web::ApiError(422, "nope", "because", "line 3"); });
   const auto endless = board.start("c", [](JobBoard::Handle& h) {
     while (!h.stop().stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   });

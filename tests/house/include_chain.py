@@ -21,7 +21,7 @@ FORBIDDEN = {
 }
 MACRO_FLOODS = {"torch", "ATen", "c10", "GL", "EGL", "mujoco"}
 # The readers and writers of files with a JSON header, outside web and app.
-JSON_READERS = {"recorder/demo_header.cc", "policy/checkpoint.cc"}
+JSON_READERS = {"recorder/demo_header.cc", "policy/checkpoint.cc", "policy/container.cc"}
 
 
 class Source:
