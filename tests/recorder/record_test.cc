@@ -1,0 +1,167 @@
+#include "recorder/record.h"
+
+#include <gtest/gtest.h>
+
+namespace flowscope {
+namespace {
+
+Observation black(const SceneState& state) {
+  Observation observation;
+  for (const auto& name : observation_cameras()) {
+    View view;
+    view.camera.name = name;
+    view.camera.far_m = state.time_s;  // tells which moment was photographed
+    view.rgb = ImageRgb(observation_size, observation_size);
+    view.depth = DepthImage(observation_size, observation_size);
+    observation.views.push_back(view);
+  }
+  return observation;
+}
+
+std::shared_ptr<const Task> task(const std::string& name) {
+  static const TaskLibrary library(find_assets());
+  return library.get(name);
+}
+
+RunReport run_text(World& world, const std::string& text) {
+  return run_script(world, parse_script(text, "user.yaml"), black);
+}
+
+class Demonstrations : public ::testing::TestWithParam<std::pair<std::string, int>> {};
+
+TEST_P(Demonstrations, SucceedWithOneKeyframePerWaypoint) {
+  const auto& [name, most_keyframes] = GetParam();
+  World world(task(name));
+  for (int seed = 0; seed < 3; ++seed) {
+    const int variation = seed % world.task().variations();
+    world.reset(variation, static_cast<std::uint64_t>(seed));
+    int seen = 0;
+    const RunReport report =
+        run_script(world, world.episode().demonstration, black, [&](const Frame&) { ++seen; });
+    ASSERT_TRUE(report.success) << name << " seed " << seed << ": " << report.reason;
+    EXPECT_TRUE(report.reason.empty());
+    const Demo& demo = *report.demo;
+    EXPECT_EQ(demo.info.task, name);
+    EXPECT_EQ(demo.info.variation, variation);
+    EXPECT_EQ(demo.info.seed, static_cast<std::uint64_t>(seed));
+    EXPECT_EQ(demo.info.instruction, world.task().instructions(variation).front());
+    EXPECT_EQ(demo.info.created.size(), 20u);
+    EXPECT_EQ(static_cast<int>(demo.frames.size()), demo.info.frames);
+    EXPECT_EQ(seen, demo.info.frames);
+    EXPECT_NEAR(report.sim_seconds, 0.05 * (demo.info.frames - 1), 1e-6);
+    EXPECT_EQ(static_cast<int>(demo.keyframes.size()), demo.info.keyframes);
+    const int steps_that_move = name == "push_buttons" ? 2 * (1 + variation % 3) : most_keyframes;
+    EXPECT_EQ(demo.info.keyframes, steps_that_move) << name << " seed " << seed;
+    EXPECT_EQ(demo.start, black(demo.frames.front().state));
+    int before = 0;
+    for (const auto& keyframe : demo.keyframes) {
+      EXPECT_GT(keyframe.frame, before);
+      before = keyframe.frame;
+      const Frame& frame = demo.frames[keyframe.frame];
+      EXPECT_EQ(keyframe.action.world_from_tool, frame.world_from_tool);
+      EXPECT_EQ(keyframe.action.open(), frame.gripper_open);
+      EXPECT_EQ(keyframe.observation, black(frame.state));
+      Box bounds = demo.bounds;  // the benchmark's box, taken from its own demonstrations
+      bounds.min.array() -= 0.003;
+      bounds.max.array() += 0.003;
+      EXPECT_TRUE(bounds.contains(frame.world_from_tool.position))
+          << frame.world_from_tool.position.transpose();
+    }
+    EXPECT_EQ(before, demo.info.frames - 1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllTasks, Demonstrations,
+                         ::testing::Values(std::pair{"push_buttons", 6}, std::pair{"open_drawer", 3},
+                                           std::pair{"insert_onto_square_peg", 5}),
+                         [](const auto& test) { return test.param.first; });
+
+TEST(Record, SameSeedSameDemonstrationBitForBit) {
+  for (const std::string name : {"open_drawer", "insert_onto_square_peg"}) {
+    std::vector<std::vector<Frame>> runs;
+    for (int run = 0; run < 2; ++run) {
+      World world(task(name));
+      if (run == 1) {  // what went before must not matter
+        world.reset(0, 99);
+        run_script(world, world.episode().demonstration, {});
+      }
+      world.reset(1, 5);
+      const RunReport report = run_script(world, world.episode().demonstration, black);
+      ASSERT_TRUE(report.success) << report.reason;
+      runs.push_back(report.demo->frames);
+    }
+    ASSERT_EQ(runs[0].size(), runs[1].size());
+    for (std::size_t i = 0; i < runs[0].size(); ++i) EXPECT_TRUE(runs[0][i].state == runs[1][i].state) << i;
+  }
+}
+
+TEST(Record, UnreachablePoseNamesWaypointAndLine) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  const RunReport report = run_text(world, R"(steps:
+  - gripper: 0.1
+  - move: {position: [2, 0, 1], rpy_deg: [180, 0, 0]}
+)");
+  EXPECT_FALSE(report.success);
+  EXPECT_FALSE(report.demo.has_value());
+  EXPECT_EQ(report.step, 1);
+  EXPECT_EQ(report.line, 3);
+  EXPECT_EQ(report.reason.find("waypoint 2 (line 3): unreachable: "), 0u) << report.reason;
+}
+
+TEST(Record, UnknownFrameIsNamed) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  const RunReport report =
+      run_text(world, "steps:\n  - move: {frame: teapot, position: [0, 0, 0], rpy_deg: [180, 0, 0]}\n");
+  EXPECT_FALSE(report.success);
+  EXPECT_EQ(report.line, 2);
+  EXPECT_NE(report.reason.find("teapot"), std::string::npos) << report.reason;
+}
+
+TEST(Record, CollisionSaysWithWhat) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  const RunReport report =
+      run_text(world, "steps:\n  - move: {position: [0.3, 0, 0.7], rpy_deg: [180, 0, 0], path: linear}\n");
+  EXPECT_FALSE(report.success);
+  EXPECT_NE(report.reason.find("in_collision"), std::string::npos) << report.reason;
+  EXPECT_NE(report.reason.find("table"), std::string::npos) << report.reason;
+}
+
+TEST(Record, AScriptThatDoesTooLittleSaysWhichTermIsFalse) {
+  World world(task("open_drawer"));
+  world.reset(0, 1);
+  const RunReport report = run_text(world, "steps:\n  - gripper: close\n");
+  EXPECT_FALSE(report.success);
+  EXPECT_EQ(report.line, 2);
+  EXPECT_EQ(report.reason.find("success term "), 0u) << report.reason;
+  EXPECT_NE(report.reason.find(" is false ("), std::string::npos) << report.reason;
+}
+
+TEST(Record, AScriptOfAnotherTaskIsRefused) {
+  World world(task("open_drawer"));
+  const RunReport report = run_text(world, "task: push_buttons\nsteps:\n  - gripper: close\n");
+  EXPECT_FALSE(report.success);
+  EXPECT_NE(report.reason.find("push_buttons"), std::string::npos);
+  EXPECT_NE(report.reason.find("open_drawer"), std::string::npos);
+}
+
+TEST(Record, CancelledRunSaysSo) {
+  World world(task("open_drawer"));
+  world.reset(0, 1);
+  std::stop_source stop;
+  int frames = 0;
+  const RunReport report = run_script(
+      world, world.episode().demonstration, black,
+      [&](const Frame&) {
+        if (++frames == 10) stop.request_stop();
+      },
+      stop.get_token());
+  EXPECT_FALSE(report.success);
+  EXPECT_EQ(frames, 10);
+  EXPECT_NE(report.reason.find("cancelled"), std::string::npos) << report.reason;
+}
+
+}  // namespace
+}  // namespace flowscope
