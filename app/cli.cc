@@ -28,6 +28,15 @@ void name_environment_twins(CLI::App& command) {
   for (CLI::App* sub : command.get_subcommands(nullptr)) name_environment_twins(*sub);
 }
 
+/// The parser itself would only say that a command is missing.
+void require_known_command(const CLI::App& root, int argc, const char* const* argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  const std::vector<const CLI::App*> known =
+      root.get_subcommands([&](const CLI::App* command) { return command->check_name(argv[1]); });
+  if (!known.empty()) return;
+  throw CLI::ParseError(std::string("no command is called ") + argv[1], CLI::ExitCodes::ExtrasError);
+}
+
 int fail(int code, const std::string& message, bool json) {
   std::cerr << "flowscope: " << message << "\n";
   if (json) {
@@ -87,8 +96,9 @@ int run_cli(int argc, const char* const* argv) {
   add_export_command(root, context);
   add_serve_command(root, context);
   add_bench_command(root, context);
-  name_environment_twins(root);
+  for (CLI::App* command : root.get_subcommands(nullptr)) name_environment_twins(*command);
   try {
+    require_known_command(root, argc, argv);
     root.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return root.exit(error);  // --help, --version

@@ -156,7 +156,9 @@ void add_record_command(CLI::App& root, Context& context) {
       ->capture_default_str();
   command->add_option("--script", call->script, "Waypoint script to run instead of the task's own")
       ->type_name("FILE");
-  command->add_option("--tasks", call->task_dirs, "Folder of further tasks")->type_name("DIR");
+  command->add_option("--tasks", call->task_dirs, "Folder of further tasks")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   add_data_option(*command, context);
   add_json_option(*command, context);
   set_body(*command, context, [call, &context] { return record(*call, context); });

@@ -38,7 +38,9 @@ int list_tasks(const std::vector<std::string>& folders, bool json) {
 void add_tasks_command(CLI::App& root, Context& context) {
   CLI::App* command = root.add_subcommand("tasks", "List the tasks, their variations and instructions");
   auto folders = std::make_shared<std::vector<std::string>>();
-  command->add_option("--tasks", *folders, "Folder of further tasks")->type_name("DIR");
+  command->add_option("--tasks", *folders, "Folder of further tasks")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   add_json_option(*command, context);
   set_body(*command, context, [folders, &context] { return list_tasks(*folders, context.json); });
 }
