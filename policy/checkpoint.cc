@@ -41,17 +41,20 @@ void visit_header(Model& m, Progress& p, Field&& field) {
   field("optimizer_steps", p.optimizer_steps);
 }
 
-Json corner(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+std::vector<double> numbers_of(const Box& box) {
+  return {box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()};
+}
 
-Eigen::Vector3d corner(const Json& json) {
-  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+Box box_of(const std::vector<double>& n) {
+  if (n.size() != 6) throw std::invalid_argument("bounds need six numbers");
+  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
 }
 
 std::string header_of(const Model& model, const TrainProgress& progress) {
   Json json;
   visit_header(model, progress, [&json](const char* name, const auto& value) { json[name] = value; });
-  json["vocabulary"] = model.vocabulary.known();
-  json["bounds"] = {corner(model.bounds.min), corner(model.bounds.max)};
+  json["known_words"] = model.vocabulary.known();
+  json["bounds"] = numbers_of(model.bounds);
   return json.dump();
 }
 
@@ -128,8 +131,8 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
     progress.options.point_encoder = read.shape.point_encoder;
     LoadedCheckpoint loaded{make_model(read.shape, read.radius, read.backbone, read.objective_name, 0),
                             nullptr, std::move(progress)};
-    loaded.model.vocabulary.restore(json.at("vocabulary").get<std::vector<std::string>>());
-    loaded.model.bounds = {corner(json.at("bounds").at(0)), corner(json.at("bounds").at(1))};
+    loaded.model.vocabulary.restore(json.at("known_words").get<std::vector<std::string>>());
+    loaded.model.bounds = box_of(json.at("bounds").get<std::vector<double>>());
     loaded.model.scale = PositionScale::from_bounds(loaded.model.bounds);
     loaded.optimizer = make_optimizer(loaded.model, loaded.progress.rates);
     loaded.optimizer->steps = loaded.progress.optimizer_steps;

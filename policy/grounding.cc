@@ -1,11 +1,16 @@
 #include "policy/grounding.h"
 
+#include <numbers>
+#include <vector>
+
+#include "policy/symmetric_yaw.h"
+
 namespace flowscope {
 namespace {
 
-// Directions per head beside the tool's three: difference to the mean anchor, its horizontal perpendicular,
-// normal, and the normal's horizontal perpendicular.
-constexpr int per_head = 4;
+// Directions per head beside the tool's three: difference to the mean anchor, normal, yaw of a square by its
+// sides and by its corners, yaw of a bar; each with its horizontal perpendicular.
+constexpr int per_head = 10;
 constexpr double offset_unit_m = 0.1;
 
 // e_z × v.
@@ -45,8 +50,16 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
 
   const torch::Tensor differences = anchors - base.unsqueeze(1);
   const torch::Tensor directions = differences / (differences.norm(2, -1, true) + 0.02);
-  const torch::Tensor basis =
-      torch::cat({tool_axes, directions, quarter_turn(directions), normals, quarter_turn(normals)}, 1);
+  std::vector<torch::Tensor> basis_parts{tool_axes};
+  const torch::Tensor tool_x = tool_axes.select(1, 0);
+  const auto yaw = [&](int n, double offset) {
+    return symmetric_yaw(weights, points.position, anchors, tool_x, n, offset);
+  };
+  for (const torch::Tensor& d : {directions, normals, yaw(4, 0), yaw(4, std::numbers::pi / 4), yaw(2, 0)}) {
+    basis_parts.push_back(d);
+    basis_parts.push_back(quarter_turn(d));
+  }
+  const torch::Tensor basis = torch::cat(basis_parts, 1);
   const torch::Tensor read = read_(action);
   const std::int64_t size = 3 + per_head * heads_;
   const torch::Tensor combined = torch::bmm(read.narrow(1, 0, 3 * size).view({batch, 3, size}), basis);

@@ -1,5 +1,5 @@
 // How fast a policy learns: minutes of training on demonstrations of one task, error on unseen ones.
-//   learn_bench TASK DEMOS MINUTES [preset] [threads] [data folder with real demonstrations]
+//   learn_bench TASK DEMOS MINUTES|STEPSs [preset] [threads] [data folder with real demonstrations]
 #include <torch/torch.h>
 
 #include <algorithm>
@@ -87,25 +87,30 @@ int main(int argc, char** argv) {
     return std::fprintf(stderr, "learn_bench TASK DEMOS MINUTES [preset] [threads] [data folder]\n"), 2;
   const std::string task = argv[1];
   const int count = std::stoi(argv[2]);
-  const double minutes = std::stod(argv[3]);
+  // "3": three minutes, the learning rate falls to their end; "2000s": so many steps at a level rate,
+  // whatever the load.
+  const std::string amount = argv[3];
+  const bool by_steps = amount.ends_with("s");
+  const double end = std::stod(amount);
   at::set_num_threads(argc > 5 ? std::stoi(argv[5]) : 1);
   const std::vector<Demo> demos = demos_of(task, count, 20, argc > 6 ? argv[6] : "");
   flowscope::TrainOptions options;
   if (argc > 4) options.preset = argv[4];
-  options.expected_minutes = minutes;
+  if (!by_steps) options.expected_minutes = end;
   const auto trainer = flowscope::Trainer::create(options);
   for (int i = 0; i < count; ++i) trainer->add(demos[static_cast<std::size_t>(i)]);
   flowscope::TrainStatus s;
   double loss = 0;
-  double next = minutes / 5;
-  while (s.minutes < minutes) {
+  double next = end / 5, done = 0;
+  while (done < end) {
     s = trainer->step();
     loss = s.step == 1 ? s.loss : 0.98 * loss + 0.02 * s.loss;
-    if (s.minutes >= next || s.minutes >= minutes) {
+    done = by_steps ? static_cast<double>(s.step) : s.minutes;
+    if (done >= next || done >= end) {
       std::printf("%.2f min, step %lld, loss %.3f, %.0f samples/s\n", s.minutes,
                   static_cast<long long>(s.step), loss, s.samples_per_s);
       report(*trainer, demos, static_cast<std::size_t>(count), 4);
-      next += minutes / 5;
+      next += end / 5;
     }
   }
   for (const int steps : {1, 2, 8}) {
