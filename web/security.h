@@ -11,9 +11,10 @@ namespace flowscope::web {
 
 /// The headers and parts of the address that decide; absent ones are empty.
 struct Credentials {
-  std::string_view method, host, origin, fetch_site, fetch_mode, authorization, cookie, content_type;
+  std::string_view method = {}, host = {}, origin = {}, fetch_site = {}, fetch_mode = {}, authorization = {};
+  std::string_view cookie = {}, content_type = {};
   bool has_origin = false;
-  std::string_view query_token;
+  std::string_view query_token = {};
   bool has_query_token = false;
   bool has_body = false;
 };
