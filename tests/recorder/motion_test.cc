@@ -1,0 +1,149 @@
+#include "recorder/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "recorder/collision.h"
+#include "recorder/kinematics.h"
+
+namespace flowscope {
+namespace {
+
+/// A tool pose that looks straight down.
+Pose down_at(double x, double y, double z) {
+  return {{x, y, z}, Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))};
+}
+
+class Motion : public ::testing::Test {
+ protected:
+  static std::shared_ptr<const Task> task(const std::string& name) {
+    static const TaskLibrary library(find_assets());
+    return library.get(name);
+  }
+  FrameSink keep() {
+    return [this](const Frame& frame) { return frames.push_back(frame), true; };
+  }
+  std::vector<Frame> frames;
+};
+
+TEST_F(Motion, TheScenesArmIsAPanda) {
+  World world(task("push_buttons"));
+  const Kinematics kinematics = Kinematics::from_model(world.model());  // throws when further off than 1e-9
+  EXPECT_LT(position_error_m(kinematics.world_from_tool(world.frame().q), world.frame().world_from_tool),
+            1e-6);
+}
+
+TEST_F(Motion, PlannedMoveArrivesAndStopsOnlyAtItsEnd) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  MoveRequest request;
+  request.world_from_tool = down_at(0.35, 0.2, 1.1);
+  request.time_limit_s = 30;
+  const MotionResult result = move_to(world, request, keep());
+  ASSERT_TRUE(result) << result.message;
+  EXPECT_LT(position_error_m(world.frame().world_from_tool, request.world_from_tool), 0.003);
+  EXPECT_LT(rotation_error_rad(world.frame().world_from_tool, request.world_from_tool), 0.02);
+  ASSERT_GT(frames.size(), 8u);
+  for (std::size_t i = 2; i + 1 < frames.size(); ++i) {
+    double fastest = 0;
+    for (const double dq : frames[i].dq) fastest = std::max(fastest, std::abs(dq));
+    EXPECT_GT(fastest, 0.1) << "looks like a stop at frame " << i;
+  }
+}
+
+TEST_F(Motion, LinearMoveKeepsTheToolOnItsLine) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  MoveRequest request;
+  request.world_from_tool = down_at(0.35, 0.1, 1.15);
+  request.time_limit_s = 30;
+  ASSERT_TRUE(move_to(world, request, {}));
+  const Eigen::Vector3d from = world.frame().world_from_tool.position;
+  request.world_from_tool = down_at(0.35, -0.1, 1.05);
+  request.linear = true;
+  const MotionResult result = move_to(world, request, keep());
+  ASSERT_TRUE(result) << result.message;
+  const Eigen::Vector3d along = (request.world_from_tool.position - from).normalized();
+  for (const auto& frame : frames) {
+    const Eigen::Vector3d offset = frame.world_from_tool.position - from;
+    EXPECT_LT((offset - offset.dot(along) * along).norm(), 0.004);
+  }
+}
+
+TEST_F(Motion, OutOfReachIsUnreachable) {
+  World world(task("push_buttons"));
+  MoveRequest request;
+  request.world_from_tool = down_at(2, 0, 1);
+  const MotionResult planned = move_to(world, request, keep());
+  EXPECT_EQ(planned.failure, MotionFailure::unreachable);
+  EXPECT_NE(planned.message.find("(2.000, 0.000, 1.000) m"), std::string::npos) << planned.message;
+  request.linear = true;
+  EXPECT_EQ(move_to(world, request, keep()).failure, MotionFailure::unreachable);
+  EXPECT_TRUE(frames.empty());
+}
+
+TEST_F(Motion, ATouchingGoalSaysWhatIsTouched) {
+  World world(task("push_buttons"));
+  MoveRequest request;
+  request.world_from_tool = down_at(0.3, 0, 0.70);  // below the table's top
+  const MotionResult planned = move_to(world, request, keep());
+  EXPECT_EQ(planned.failure, MotionFailure::in_collision);
+  EXPECT_NE(planned.message.find("table"), std::string::npos) << planned.message;
+  request.linear = true;
+  const MotionResult straight = move_to(world, request, keep());
+  EXPECT_EQ(straight.failure, MotionFailure::in_collision);
+  EXPECT_NE(straight.message.find("% of the way"), std::string::npos) << straight.message;
+  EXPECT_TRUE(frames.empty());
+}
+
+TEST_F(Motion, GoesAroundTheCabinet) {
+  World world(task("open_drawer"));
+  world.reset(0, 3);
+  const Pose world_from_cabinet = world.world_from("cabinet");
+  MoveRequest request;
+  request.time_limit_s = 60;
+  // In front of the cabinet, then behind it, lower than its top; the straight line between leads through it.
+  for (const double y : {0.38, -0.43}) {
+    request.world_from_tool =
+        down_at(world_from_cabinet.position.x(), world_from_cabinet.position.y() + y, 1.15);
+    const MotionResult result = move_to(world, request, [&](const Frame& frame) {
+      CollisionChecker checker(world);
+      EXPECT_FALSE(checker.touches_at_start()) << checker.describe(frame.q);
+      return true;
+    });
+    EXPECT_TRUE(result) << result.message;
+  }
+}
+
+TEST_F(Motion, StopsWhenTheSinkOrTheTokenSaysSo) {
+  World world(task("push_buttons"));
+  MoveRequest request;
+  request.world_from_tool = down_at(0.35, 0.2, 1.1);
+  request.time_limit_s = 30;
+  int seen = 0;
+  EXPECT_TRUE(move_to(world, request, [&](const Frame&) { return ++seen < 5; }));
+  EXPECT_EQ(seen, 5);
+  std::stop_source stop;
+  const MotionResult cancelled = move_to(
+      world, request, [&](const Frame&) { return stop.request_stop(), true; }, stop.get_token());
+  EXPECT_EQ(cancelled.failure, MotionFailure::cancelled);
+}
+
+TEST_F(Motion, GripperChangesItsBitInOneFrame) {
+  World world(task("push_buttons"));
+  ASSERT_TRUE(move_gripper(world, 0.1, keep()));
+  ASSERT_FALSE(frames.empty());
+  EXPECT_FALSE(frames.front().gripper_open);
+  EXPECT_LT(frames.size(), 4u) << "a longer stay would be a keyframe of its own";
+  const auto q = world.frame().q;
+  for (int i = 0; i < 5; ++i) world.advance(q, 0.1);
+  EXPECT_NEAR(world.frame().openness, 0.1, 0.02);
+  frames.clear();
+  ASSERT_TRUE(move_gripper(world, 1, keep()));
+  EXPECT_TRUE(frames.front().gripper_open);
+}
+
+}  // namespace
+}  // namespace flowscope
