@@ -111,8 +111,11 @@ void expect_described(const Json& value, const Json& schema, const Json& schemas
   if (value.is_array() && schema.contains("items"))
     for (const Json& item : value) expect_described(item, schema["items"], schemas, place + "[]");
   if (!value.is_object() || !schema.contains("properties")) return;
-  if (schema.contains("required"))
-    for (const Json& key : schema["required"]) EXPECT_TRUE(value.contains(key)) << place << "." << key;
+  if (schema.contains("required")) {
+    for (const Json& key : schema["required"]) {
+      EXPECT_TRUE(value.contains(key.get<std::string>())) << place << "." << key;
+    }
+  }
   for (const auto& [key, item] : value.items()) {
     ASSERT_TRUE(schema["properties"].contains(key)) << place << "." << key;
     expect_described(item, schema["properties"][key], schemas, place + "." + key);
