@@ -14,10 +14,6 @@ class ConvBody {
   static constexpr int kCapacity = kTaps > 0 ? kTaps : kMaxConvTaps;
 
   static int tap_count(const ConvInputs& in) { return kTaps > 0 ? kTaps : static_cast<int>(in.taps); }
-  static int lane_count(const ConvInputs& in, std::int64_t channel) {
-    const std::int64_t left = in.channels - channel;
-    return left < W ? static_cast<int>(left) : W;
-  }
   static void shift_in(Float* window, int taps, Float newest) {
     for (int k = 0; k + 1 < taps; ++k) window[k] = window[k + 1];
     window[taps - 1] = newest;
@@ -31,7 +27,7 @@ class ConvBody {
   static void forward(const ConvInputs& in, float* y, std::int64_t item) {
     const int taps = tap_count(in);
     for (std::int64_t c = 0; c < in.channels; c += W) {
-      const int lanes = lane_count(in, c);
+      const typename S::Lanes lanes = S::block_lanes(in.channels, c);
       Float weight[kCapacity], window[kCapacity] = {};
       for (int k = 0; k < taps; ++k) weight[k] = S::load(in.weight + k * in.channels + c, lanes);
       const Float bias = S::load(in.bias + c, lanes);
@@ -48,7 +44,7 @@ class ConvBody {
   static void backward(const ConvInputs& in, const ConvGradients& grad, std::int64_t item) {
     const int taps = tap_count(in);
     for (std::int64_t c = 0; c < in.channels; c += W) {
-      const int lanes = lane_count(in, c);
+      const typename S::Lanes lanes = S::block_lanes(in.channels, c);
       Float weight[kCapacity], dweight[kCapacity] = {}, window[kCapacity] = {}, later[kCapacity] = {},
                                dbias{};
       for (int k = 0; k < taps; ++k) weight[k] = S::load(in.weight + k * in.channels + c, lanes);

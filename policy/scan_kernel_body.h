@@ -12,24 +12,23 @@ template <int W, int kStates>
 class ScanBody {
   using S = Simd<W>;
   using Float = typename S::Float;
+  using Lanes = typename S::Lanes;
   static constexpr int kCapacity = kStates > 0 ? kStates : kMaxScanStates;
 
   static int state_count(const ScanShape& shape) {
     return kStates > 0 ? kStates : static_cast<int>(shape.states);
-  }
-  static int lane_count(const ScanShape& shape, std::int64_t channel) {
-    const std::int64_t left = shape.channels - channel;
-    return left < W ? static_cast<int>(left) : W;
   }
   static std::int64_t chunk_end(const ScanShape& shape, std::int64_t chunk) {
     const std::int64_t end = (chunk + 1) * kScanChunk;
     return end < shape.length ? end : shape.length;
   }
   /// [states, channels] starting at `from`, one block of it.
-  static void load_states(Float* to, const float* from, int states, std::int64_t channels, int lanes) {
+  static void load_states(Float* to, const float* from, int states, std::int64_t channels, Lanes lanes) {
+#pragma GCC unroll 16
     for (int n = 0; n < states; ++n) to[n] = S::load(from + n * channels, lanes);
   }
-  static void store_states(float* to, const Float* from, int states, std::int64_t channels, int lanes) {
+  static void store_states(float* to, const Float* from, int states, std::int64_t channels, Lanes lanes) {
+#pragma GCC unroll 16
     for (int n = 0; n < states; ++n) S::store(to + n * channels, from[n], lanes);
   }
 
@@ -41,8 +40,9 @@ class ScanBody {
     const std::int64_t channels = shape.channels, item_states = shape.states * channels;
     for (std::int64_t block = first_block; block < last_block; ++block) {
       const std::int64_t c = block * W;
-      const int lanes = lane_count(shape, c);
+      const Lanes lanes = S::block_lanes(channels, c);
       Float h[kCapacity] = {}, rate[kCapacity];  // rate: A in units of log2
+#pragma GCC unroll 16
       for (int n = 0; n < states; ++n) rate[n] = S::load(in.A + n * channels + c, lanes) * S::kLog2E;
       if (in.h0) load_states(h, in.h0 + item * item_states + c, states, channels, lanes);
       const Float D = S::load(in.D + c, lanes);
@@ -58,6 +58,7 @@ class ScanBody {
           const float *B = in.B.row(row), *C = in.C.row(row);
           const Float delta_u = delta * u;
           Float y = D * u;
+#pragma GCC unroll 16
           for (int n = 0; n < states; ++n) {
             h[n] = S::exp2(delta * rate[n]) * h[n] + delta_u * B[n];
             y += h[n] * C[n];
@@ -93,11 +94,12 @@ class ScanBody {
 
   /// Runs the chunk forward again, keeping every state and decay, and C h of every token for the gate.
   static void recompute(const ScanInputs& in, const float* start, std::int64_t row, int steps, std::int64_t c,
-                        int lanes, float* __restrict h_out, float* __restrict decay_out, Float* y) {
+                        Lanes lanes, float* __restrict h_out, float* __restrict decay_out, Float* y) {
     const std::int64_t channels = in.shape.channels;
     const int states = state_count(in.shape);
     Float h[kCapacity], rate[kCapacity];
     load_states(h, start + c, states, channels, lanes);
+#pragma GCC unroll 16
     for (int n = 0; n < states; ++n) {
       rate[n] = S::load(in.A + n * channels + c, lanes) * S::kLog2E;
       S::store(h_out + n * W, h[n]);
@@ -109,6 +111,7 @@ class ScanBody {
       float* h_step = h_out + (i + 1) * states * W;
       float* decay_step = decay_out + i * states * W;
       Float sum{};
+#pragma GCC unroll 16
       for (int n = 0; n < states; ++n) {
         const Float decay = S::exp2(delta * rate[n]);
         h[n] = decay * h[n] + delta_u * B[n];
@@ -122,7 +125,7 @@ class ScanBody {
 
   /// dy -> the gradient of y before the gate; writes dz.
   static Float through_gate(const ScanInputs& in, const ScanGradients& grad, std::int64_t row, std::int64_t c,
-                            int lanes, Float y) {
+                            Lanes lanes, Float y) {
     const std::int64_t at = row * in.shape.channels + c;
     const Float dy = S::load(grad.dy + at, lanes);
     if (!in.z.data) return dy;
@@ -144,6 +147,7 @@ class ScanBody {
                         float* __restrict dA) {
     const Float delta_u = t.delta * t.u;
     Sums sums{};
+#pragma GCC unroll 16
     for (int n = 0; n < states; ++n) {
       const int at = n * W;
       const Float dh = S::load(carry + at) + t.dy * t.C[n];
@@ -178,7 +182,7 @@ class ScanBody {
 
       for (std::int64_t block = 0; block < blocks; ++block) {
         const std::int64_t c = block * W;
-        const int lanes = lane_count(shape, c);
+        const Lanes lanes = S::block_lanes(channels, c);
         Float y[kScanChunk], A[kCapacity];
         recompute(in, start, row, steps, c, lanes, scratch.h, scratch.decay, y);
         load_states(A, in.A + c, states, channels, lanes);

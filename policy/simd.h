@@ -4,31 +4,74 @@
 #pragma once
 
 #include <cstdint>
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
 
 namespace flowscope {
 
+/// What the compiler's own operators do not cover: `Lanes` says which of the W floats exist.
 template <int W>
 struct VectorOf;
+
 template <>
 struct VectorOf<4> {
   using Float __attribute__((vector_size(16))) = float;
   using Int __attribute__((vector_size(16))) = std::int32_t;
+  using Lanes = int;
+  static Lanes first(int count) { return count; }
+  static Float load(const float* from, Lanes lanes) {
+    Float value{};
+    for (int i = 0; i < 4; ++i) {
+      if (i < lanes) value[i] = from[i];
+    }
+    return value;
+  }
+  static void store(float* to, Float value, Lanes lanes) {
+    for (int i = 0; i < 4; ++i) {
+      if (i < lanes) to[i] = value[i];
+    }
+  }
+#if defined(__SSE2__)
+  static Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+#else
+  static Float max(Float a, Float b) { return a > b ? a : b; }
+#endif
 };
+
+#if defined(__AVX2__)
 template <>
 struct VectorOf<8> {
   using Float __attribute__((vector_size(32))) = float;
   using Int __attribute__((vector_size(32))) = std::int32_t;
+  using Lanes = __m256i;
+  static Lanes first(int count) {
+    return _mm256_cmpgt_epi32(_mm256_set1_epi32(count), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+  }
+  static Float load(const float* from, Lanes lanes) { return _mm256_maskload_ps(from, lanes); }
+  static void store(float* to, Float value, Lanes lanes) { _mm256_maskstore_ps(to, lanes, value); }
+  static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
 };
+#endif
+
+#if defined(__AVX512F__)
 template <>
 struct VectorOf<16> {
   using Float __attribute__((vector_size(64))) = float;
   using Int __attribute__((vector_size(64))) = std::int32_t;
+  using Lanes = __mmask16;
+  static Lanes first(int count) { return static_cast<Lanes>((1u << count) - 1u); }
+  static Float load(const float* from, Lanes lanes) { return _mm512_maskz_loadu_ps(lanes, from); }
+  static void store(float* to, Float value, Lanes lanes) { _mm512_mask_storeu_ps(to, lanes, value); }
+  static Float max(Float a, Float b) { return _mm512_maskz_max_ps(0xffff, a, b); }
 };
+#endif
 
 template <int W>
 struct Simd {
   using Float = typename VectorOf<W>::Float;
   using Int = typename VectorOf<W>::Int;
+  using Lanes = typename VectorOf<W>::Lanes;
   static constexpr float kLog2E = 1.44269504088896f, kLn2 = 0.693147180559945f;
 
   static Float load(const float* from) {
@@ -36,25 +79,22 @@ struct Simd {
     __builtin_memcpy(&value, from, sizeof value);
     return value;
   }
-  /// The first `lanes` (at most W) floats; the others are zero.
-  static Float load(const float* from, int lanes) {
-    if (lanes == W) return load(from);
-    Float value{};
-    for (int i = 0; i < lanes; ++i) value[i] = from[i];
-    return value;
-  }
+  /// The other lanes are zero; memory behind them is not touched.
+  static Float load(const float* from, Lanes lanes) { return VectorOf<W>::load(from, lanes); }
   static void store(float* to, Float value) { __builtin_memcpy(to, &value, sizeof value); }
-  static void store(float* to, Float value, int lanes) {
-    if (lanes == W) return store(to, value);
-    for (int i = 0; i < lanes; ++i) to[i] = value[i];
+  static void store(float* to, Float value, Lanes lanes) { VectorOf<W>::store(to, value, lanes); }
+  /// Those of a block that begins at channel `first` of `channels`.
+  static Lanes block_lanes(std::int64_t channels, std::int64_t first) {
+    const std::int64_t left = channels - first;
+    return VectorOf<W>::first(left < W ? static_cast<int>(left) : W);
   }
   static Float fill(float value) { return value - Float{}; }
-  static Float max(Float a, Float b) { return a > b ? a : b; }
-  static Float min(Float a, Float b) { return a < b ? a : b; }
+  /// Where a or b is not a number: b.
+  static Float max(Float a, Float b) { return VectorOf<W>::max(a, b); }
 
   /// 2^x for x <= 127, relative error below 2e-7; below -126 the smallest normal number.
   static Float exp2(Float x) {
-    const Float bounded = max(x, fill(-126.f));
+    const Float bounded = max(fill(-126.f), x);
     constexpr float kRounder =
         12582912.f;  // 1.5 * 2^23: adding it leaves the nearest integer in the low bits
     const Float rounded = bounded + kRounder;
@@ -66,7 +106,7 @@ struct Simd {
     p = p * f + 1.f;
     return reinterpret_cast<Float>(reinterpret_cast<Int>(p) + (reinterpret_cast<Int>(rounded) << 23));
   }
-  static Float sigmoid(Float x) { return 1.f / (1.f + exp2(min(x * -kLog2E, fill(126.f)))); }
+  static Float sigmoid(Float x) { return 1.f / (1.f + exp2(-max(fill(-126.f), x * kLog2E))); }
   /// Always in the same order.
   static float sum(Float value) {
     float total = 0;
