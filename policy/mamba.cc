@@ -59,7 +59,7 @@ MambaBlockImpl::MambaBlockImpl(const MambaOptions& block_options) : options(bloc
   }
 }
 
-torch::Tensor MambaBlockImpl::forward(const torch::Tensor& x, const torch::Tensor& condition) {
+MambaBlockImpl::Projected MambaBlockImpl::project_in(const torch::Tensor& x, const torch::Tensor& condition) {
   if (x.dim() != 3 || x.size(2) != options.d_model) {
     throw std::invalid_argument("MambaBlock: x must be [batch, length, " + std::to_string(options.d_model) +
                                 "]");
@@ -73,14 +73,38 @@ torch::Tensor MambaBlockImpl::forward(const torch::Tensor& x, const torch::Tenso
     const auto scale_shift = adaptive_->forward(torch::silu(condition)).unsqueeze(1).chunk(2, 2);
     normed = normed * (1 + scale_shift[0]) + scale_shift[1];
   }
-  const auto x_and_z = in_proj_->forward(normed).chunk(2, 2);
-  const torch::Tensor u = causal_conv_silu(x_and_z[0], conv_weight_, conv_bias_);
+  const auto halves = in_proj_->forward(normed).chunk(2, 2);
+  return {halves[0], halves[1]};
+}
+
+ScanArguments MambaBlockImpl::scan_arguments(const torch::Tensor& u, const torch::Tensor& z) {
   const std::int64_t d_state = options.d_state, dt_rank = dt_proj_->options.in_features();
   const auto parts = x_proj_->forward(u).split_with_sizes({dt_rank, d_state, d_state}, 2);
   const torch::Tensor delta = torch::softplus(dt_proj_->forward(parts[0]));
-  const torch::Tensor scanned =
-      selective_scan(u, delta, -torch::exp(A_log_), parts[1], parts[2], D_, x_and_z[1]);
-  return x + out_proj_->forward(scanned);
+  return {u, delta, -torch::exp(A_log_), parts[1], parts[2], D_, z, {}};
+}
+
+torch::Tensor MambaBlockImpl::forward(const torch::Tensor& x, const torch::Tensor& condition) {
+  const Projected in = project_in(x, condition);
+  const ScanArguments a = scan_arguments(causal_conv_silu(in.x, conv_weight_, conv_bias_), in.z);
+  return x + out_proj_->forward(selective_scan(a.u, a.delta, a.A, a.B, a.C, a.D, a.z));
+}
+
+torch::Tensor MambaBlockImpl::forward_from(MambaState& state, const torch::Tensor& x,
+                                           const torch::Tensor& condition) {
+  const torch::NoGradGuard no_grad;
+  const Projected in = project_in(x, condition);
+  const std::int64_t remembered = options.d_conv - 1, length = x.size(1);
+  const torch::Tensor tail = state.conv_tail.defined()
+                                 ? state.conv_tail
+                                 : torch::zeros({x.size(0), remembered, in.x.size(2)}, in.x.options());
+  const torch::Tensor extended = torch::cat({tail, in.x}, 1);
+  const torch::Tensor u = causal_conv_silu(extended, conv_weight_, conv_bias_).narrow(1, remembered, length);
+  ScanArguments arguments = scan_arguments(u, in.z);
+  arguments.h0 = state.h;
+  const ScanResult scanned = selective_scan_keeping_state(arguments);
+  state = {extended.narrow(1, length, remembered).clone(), scanned.last_state};
+  return x + out_proj_->forward(scanned.y);
 }
 
 std::vector<torch::Tensor> MambaBlockImpl::parameters_without_decay() const {
