@@ -1,13 +1,14 @@
 // The page's states and controls against the server with canned data.
 import assert from "node:assert/strict";
+import path from "node:path";
 import test, { after, before, beforeEach, afterEach, describe } from "node:test";
-import { keep_shot, missing, open_browser, open_page, start, until } from "./support.mjs";
+import { keep_shot, missing, open_browser, open_page, source_dir, start, until } from "./support.mjs";
 
 const tabs = ["record", "train", "debug", "data", "export"];
 const api = (path) => (url) => url.pathname === `/api/v1/${path}`;
 const answer = (route, json, status = 200) => route.fulfill({ status, contentType: "application/json", body: JSON.stringify(json) });
 
-describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 300_000 }, () => {
+describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 1_800_000 }, () => {
   let program, browser, now;
   const at = (id) => now.at(id);
   const text = (id) => at(id).textContent();
@@ -32,7 +33,7 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 300_000 }, () =
     browser = await open_browser();
   });
   beforeEach(async () => {
-    program = await start(process.env.FLOWSCOPE_FAKE, (process.env.FLOWSCOPE_FAKE_OPTIONS ?? "--port 0").split(" "));
+    program = await start(process.env.FLOWSCOPE_FAKE, ["--port", "0", "--page", path.join(source_dir, "web/ui/dist")]);
   });
   afterEach(async () => {
     await now?.context.close();
@@ -173,7 +174,7 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 300_000 }, () =
     const last = await open_trace();
     await at("step-first").click();
     await at("play").click();
-    await until(async () => (await text("step-readout")) === `step ${last}/${last}`, "the end", 20_000);
+    await until(async () => (await text("step-readout")) === `step ${last}/${last}`, "the end");
     await until(async () => (await at("play").getAttribute("aria-pressed")) === "false", "the stop");
     await at("break-quantity").selectOption("points");
     await at("break-value").fill("-1");

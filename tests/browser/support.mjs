@@ -13,6 +13,9 @@ const { chromium } = createRequire(path.join(source_dir, "web/ui/package.json"))
 const browser_arguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync"];
 
+/// Limits only end a test that hangs; a busy machine may take its time.
+const patience_ms = 60_000;
+
 /// Why a suite cannot run here, or false: the form that node:test's `skip` takes.
 export function missing(variable) {
   const program = process.env[variable];
@@ -67,6 +70,7 @@ export async function open_browser() {
 /// A page whose complaints (exceptions, refused content) are kept in `complaints`.
 export async function open_page(browser, { width = 1280, height = 720, prepare = async () => {}, url }) {
   const context = await browser.newContext({ viewport: { width, height } });
+  context.setDefaultTimeout(patience_ms);
   const page = await context.newPage();
   const complaints = [];
   page.on("pageerror", (error) => complaints.push(error.message));
@@ -75,12 +79,12 @@ export async function open_page(browser, { width = 1280, height = 720, prepare =
     if (message.type() === "error" && !message.text().startsWith("Failed to load resource")) complaints.push(message.text());
   });
   await prepare(page);
-  await page.goto(url);
+  await page.goto(url, { waitUntil: "domcontentloaded" });
   return { page, context, complaints, at: (id) => page.getByTestId(id) };
 }
 
 /// Waits until `look` gives something true; fails with what it gave last.
-export async function until(look, what, timeout_ms = 10_000) {
+export async function until(look, what, timeout_ms = patience_ms) {
   const end = Date.now() + timeout_ms;
   let last;
   do {

@@ -6,7 +6,7 @@ import { keep_shot, missing, open_browser, open_page, start, until } from "./sup
 const demonstrations = 3;
 const minutes = 60_000;
 
-describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), timeout: 15 * minutes }, () => {
+describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), timeout: 40 * minutes }, () => {
   let program, browser, page, complaints, at;
 
   before(async () => {
@@ -36,14 +36,14 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await at("episodes").fill(String(demonstrations));
     const still = await picture();
     await at("record").click();
-    await until(async () => (await text("pill-recording")) === "rec", "the recording pill", 30_000);
+    await until(async () => (await text("pill-recording")) === "rec", "the recording pill");
     const first = await until(async () => {
       const now = await picture();
       return !now.equals(still) && now;
     }, "a picture that differs from the still scene", minutes);
     await until(async () => !(await picture()).equals(first), "a picture that goes on changing", minutes);
     await keep_shot(page, "walk-recording");
-    await until(async () => (await text("tally")).includes(`of ${demonstrations} tried`), "all episodes", 5 * minutes);
+    await until(async () => (await text("tally")).includes(`of ${demonstrations} tried`), "all episodes", 10 * minutes);
     assert.equal(await text("tally"), `${demonstrations} saved of ${demonstrations} tried`);
   });
 
@@ -80,7 +80,7 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await at("step-first").click();
     assert.equal(await text("step-readout"), "step 0/4");
     assert.match(await text("step-t"), /t = 0\.000/);
-    await until(async () => !(await picture()).equals(end), "another picture at step 0", 30_000);
+    await until(async () => !(await picture()).equals(end), "another picture at step 0");
     const start_radius = Number.parseFloat(await text("step-radius"));
     await page.keyboard.press("Escape");
     await page.keyboard.press("ArrowRight");
