@@ -16,8 +16,9 @@ bool is_task_folder(const std::filesystem::path& path) {
 
 }  // namespace
 
-TaskLibrary::TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra) {
-  extra.insert(extra.begin(), assets / "tasks");
+TaskLibrary::TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra)
+    : assets_(std::move(assets)) {
+  extra.insert(extra.begin(), assets_ / "tasks");
   for (const auto& root : extra) {
     if (!std::filesystem::is_directory(root))
       throw std::runtime_error(root.string() + ": no such folder of tasks");
@@ -25,7 +26,7 @@ TaskLibrary::TaskLibrary(std::filesystem::path assets, std::vector<std::filesyst
       if (is_task_folder(entry.path())) folders_[entry.path().filename().string()] = entry.path();
     }
   }
-  if (folders_.empty()) throw std::runtime_error((assets / "tasks").string() + ": holds no task");
+  if (folders_.empty()) throw std::runtime_error((assets_ / "tasks").string() + ": holds no task");
 }
 
 std::vector<std::string> TaskLibrary::names() const {
@@ -43,7 +44,7 @@ std::shared_ptr<const Task> TaskLibrary::get(const std::string& name) const {
   }
   const std::lock_guard lock(mutex_);
   auto& task = loaded_[name];
-  if (!task) task = load_task(folder->second);
+  if (!task) task = load_task(folder->second, assets_);
   return task;
 }
 

@@ -76,6 +76,7 @@ class TaskLibrary {
   std::shared_ptr<const Task> get(const std::string& name) const;
 
  private:
+  std::filesystem::path assets_;
   std::map<std::string, std::filesystem::path> folders_;
   mutable std::mutex mutex_;
   mutable std::map<std::string, std::shared_ptr<const Task>> loaded_;

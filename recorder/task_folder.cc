@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <array>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -24,27 +25,56 @@ struct DataDeleter {
 using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
-ModelPtr compile(const std::filesystem::path& file) {
-  install_mujoco_guard();
-  std::array<char, 1000> error{};
-  ModelPtr model(mj_loadXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
-  if (!model) throw std::runtime_error(file.string() + ": " + error.data());
-  return model;
-}
-
 std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw std::runtime_error(file.string() + ": can not be read");
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// The shared scene files under their bare names: an <include> finds them wherever the task's folder lies.
+class SharedFiles {
+ public:
+  explicit SharedFiles(const std::filesystem::path& assets) {
+    mj_defaultVFS(files_.get());
+    for (const char* folder : {"robots", "scenes"}) {
+      if (!std::filesystem::is_directory(assets / folder)) continue;
+      for (const auto& entry : std::filesystem::directory_iterator(assets / folder)) {
+        if (entry.path().extension() == ".xml") add(entry.path());
+      }
+    }
+  }
+  ~SharedFiles() { mj_deleteVFS(files_.get()); }
+  SharedFiles(const SharedFiles&) = delete;
+  SharedFiles& operator=(const SharedFiles&) = delete;
+  const mjVFS* get() const { return files_.get(); }
+
+ private:
+  void add(const std::filesystem::path& path) {
+    const std::string text = read_text(path), name = path.filename().string();
+    if (mj_makeEmptyFileVFS(files_.get(), name.c_str(), static_cast<int>(text.size())) != 0) {
+      throw std::runtime_error(path.string() + ": its name is taken by another shared scene file");
+    }
+    std::memcpy(files_->filedata[mj_findFileVFS(files_.get(), name.c_str())], text.data(), text.size());
+  }
+  std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();  // 2 MB: not on a stack
+};
+
+ModelPtr compile(const std::filesystem::path& file, const std::filesystem::path& assets) {
+  install_mujoco_guard();
+  const SharedFiles shared(assets);
+  std::array<char, 1000> error{};
+  ModelPtr model(mj_loadXML(file.c_str(), shared.get(), error.data(), static_cast<int>(error.size())));
+  if (!model) throw std::runtime_error(file.string() + ": " + error.data());
+  return model;
+}
+
 class FolderTask : public Task {
  public:
-  explicit FolderTask(const std::filesystem::path& folder)
+  FolderTask(const std::filesystem::path& folder, const std::filesystem::path& assets)
       : name_(folder.filename().string()),
         reader_((folder / "task.yaml").string()),
         root_(reader_.parse(read_text(folder / "task.yaml"))),
-        model_(compile(folder / "scene.xml")),
+        model_(compile(folder / "scene.xml", assets)),
         arm_(Kinematics::from_model(model_.get())) {
     reader_.check_keys(root_, "task",
                        {"bounds", "max_steps", "variations", "draw", "instructions", "colors", "placement",
@@ -199,8 +229,9 @@ class FolderTask : public Task {
 
 }  // namespace
 
-std::shared_ptr<const Task> load_task(const std::filesystem::path& folder) {
-  return std::make_shared<FolderTask>(folder);
+std::shared_ptr<const Task> load_task(const std::filesystem::path& folder,
+                                      const std::filesystem::path& assets) {
+  return std::make_shared<FolderTask>(folder, assets);
 }
 
 }  // namespace flowscope

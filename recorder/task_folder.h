@@ -32,8 +32,10 @@
 
 namespace flowscope {
 
-/// Compiles <folder>/scene.xml and reads <folder>/task.yaml. Throws BadScript or std::runtime_error that name
+/// Compiles <folder>/scene.xml and reads <folder>/task.yaml. The scene may include the files of
+/// <assets>/robots and <assets>/scenes by their bare names. Throws BadScript or std::runtime_error that name
 /// the place.
-std::shared_ptr<const Task> load_task(const std::filesystem::path& folder);
+std::shared_ptr<const Task> load_task(const std::filesystem::path& folder,
+                                      const std::filesystem::path& assets);
 
 }  // namespace flowscope

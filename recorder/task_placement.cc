@@ -118,27 +118,35 @@ bool draw_objects(const Placement& placement, TaskRandom& random, const mjModel*
   return true;
 }
 
-/// World poses of the demonstration's waypoints, as far as they are known before it runs.
-std::vector<std::pair<Pose, int>> waypoints(const Script& script, const mjModel* model, const mjData* data) {
-  std::vector<std::pair<Pose, int>> result;
+/// A waypoint as far as it is known before the demonstration runs.
+struct Waypoint {
+  Pose world_from_frame, frame_from_tool;
+  int yaw_symmetry = 1;
+};
+
+std::vector<Waypoint> waypoints(const Script& script, const mjModel* model, const mjData* data) {
+  std::vector<Waypoint> result;
   for (const auto& step : script.steps) {
     const auto* move = std::get_if<MoveStep>(&step.what);
     if (!move || move->frame == "tool") continue;
     if (const auto world_from_frame = find_frame(model, data, move->frame)) {
-      result.emplace_back(*world_from_frame * move->frame_from_tool, move->yaw_symmetry);
+      result.push_back({*world_from_frame, move->frame_from_tool, move->yaw_symmetry});
     }
   }
   return result;
 }
 
-/// In one of the tool's equivalent rotations about its own approach axis.
-bool reachable(const Kinematics& arm, const Pose& world_from_tool, int yaw_symmetry) {
-  const int folds = yaw_symmetry == 0 ? 4 : std::min(yaw_symmetry, 8);
+bool within(const Waypoint& waypoint, const Box& bounds) {
+  return bounds.contains(waypoint.world_from_frame * waypoint.frame_from_tool.position);
+}
+
+/// In one of the rotations that the step calls as good.
+bool reachable(const Waypoint& waypoint, const Kinematics& arm) {
+  const int folds = waypoint.yaw_symmetry == 0 ? 4 : std::min(waypoint.yaw_symmetry, 8);
   for (int i = 0; i < folds; ++i) {
-    const Pose turn{
-        {0, 0, 0},
-        Eigen::Quaterniond(Eigen::AngleAxisd(2 * std::numbers::pi * i / folds, Eigen::Vector3d::UnitZ()))};
-    if (!arm.solve_all(world_from_tool * turn, home_joints).empty()) return true;
+    const double yaw = 2 * std::numbers::pi * i / folds;
+    const Pose world_from_tool = waypoint.world_from_frame * planar(0, 0, 0, yaw) * waypoint.frame_from_tool;
+    if (!arm.solve_all(world_from_tool, home_joints).empty()) return true;
   }
   return false;
 }
@@ -195,13 +203,10 @@ void place(const Placement& placement, const Script& demonstration, const Box& b
     if (!draw_objects(placement, random, model, data)) continue;
     mj_kinematics(model, data);
     const auto wanted = waypoints(demonstration, model, data);
-    const auto within = [&](const auto& waypoint) { return bounds.contains(waypoint.first.position); };
-    const auto in_reach = [&](const auto& waypoint) {
-      return reachable(arm, waypoint.first, waypoint.second);
-    };
-    if (std::all_of(wanted.begin(), wanted.end(), within) &&
-        std::all_of(wanted.begin(), wanted.end(), in_reach))
+    if (std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return within(each, bounds); }) &&
+        std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return reachable(each, arm); })) {
       return;
+    }
   }
   throw std::runtime_error(
       "no placement keeps the distances and has every waypoint in reach and within the bounds");

@@ -61,9 +61,13 @@ std::vector<Variables> permutations(const TaskReader& reader, const std::string&
   const std::string name = reader.text(reader.require(node, "as"), "as");
   TaskRandom random(task, 0, 0);
   std::set<std::vector<std::string>> seen;
+  std::set<std::string> leading;
   std::vector<Variables> result;
   while (static_cast<int>(result.size()) < take) {
     const auto choice = sample(from, static_cast<std::size_t>(choose), random);
+    // As long as there are fresh words, every choice begins with one: short prefixes then differ as well.
+    if (leading.size() < from.size() && leading.contains(choice.front())) continue;
+    leading.insert(choice.front());
     if (seen.insert(choice).second) result.push_back(numbered(name, choice));
   }
   return result;
