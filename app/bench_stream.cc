@@ -95,12 +95,12 @@ double slowest_viewer(Studio& studio, std::uint16_t port, int viewers, double se
 
 }  // namespace
 
-std::vector<BenchResult> bench_stream(const std::filesystem::path& assets, const std::filesystem::path& scratch,
-                                      double seconds_each) {
+std::vector<BenchResult> bench_stream(const std::filesystem::path& assets,
+                                      const std::filesystem::path& scratch, double seconds_each) {
   std::vector<BenchResult> results;
   const TaskLibrary tasks(assets);
   const double drawn = draw_rate(tasks, seconds_each);
-  results.push_back({.name = "render_only", .value = drawn, .unit = "frames/s"});
+  results.push_back({.name = "render_only", .value = drawn, .unit = "frames/s", .ratio = {}, .against = {}});
 
   StudioOptions options;
   options.assets = assets;
