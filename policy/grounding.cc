@@ -27,6 +27,8 @@ torch::Tensor as_tensor(const Eigen::Vector3d& v) {
 GroundingImpl::GroundingImpl(int channels, int heads)
     : heads_(heads),
       key_(register_module("key", torch::nn::Linear(channels, key_size_ * heads))),
+      word_key_(register_module("word_key", torch::nn::Linear(channels, key_size_ * heads))),
+      word_query_(register_module("word_query", torch::nn::Linear(channels, key_size_ * heads))),
       mix_(register_module("mix", torch::nn::Linear(channels, heads))),
       read_(register_module("read", torch::nn::Linear(channels, 3 * (3 + per_head * heads) + 9))),
       query_(register_module("query",
@@ -38,11 +40,20 @@ GroundingImpl::GroundingImpl(int channels, int heads)
 }
 
 GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const Points& points,
+                                             const torch::Tensor& words, const torch::Tensor& is_word,
                                              const torch::Tensor& tool_axes, const PositionScale& scale) {
   const std::int64_t batch = action.size(0), count = points.position.size(1);
   const torch::Tensor keys = key_(points.token).view({batch, count, heads_, key_size_}).permute({0, 2, 1, 3});
   const torch::Tensor query = query_->forward(action).view({batch, heads_, key_size_, 1});
-  const torch::Tensor weights = torch::softmax(torch::matmul(keys, query).squeeze(-1), -1);  // [B, H, P]
+  const torch::Tensor word_keys =
+      word_key_(words).view({batch, words.size(1), heads_, key_size_}).permute({0, 2, 1, 3});
+  const torch::Tensor word_query = word_query_(action).view({batch, heads_, key_size_, 1});
+  const torch::Tensor word_scores =
+      torch::matmul(word_keys, word_query).squeeze(-1).masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
+  const torch::Tensor sought = torch::softmax(word_scores, -1);  // [B, H, W]
+  const torch::Tensor scores =
+      torch::matmul(keys, query).squeeze(-1) - torch::bmm(sought, points.mismatch.transpose(1, 2));
+  const torch::Tensor weights = torch::softmax(scores, -1);            // [B, H, P]
   const torch::Tensor anchors = torch::bmm(weights, points.position);  // [B, H, 3] metres
   const torch::Tensor normals = torch::bmm(weights, points.normal);
   const torch::Tensor mix = torch::softmax(mix_(action), -1).unsqueeze(1);  // [B, 1, H]

@@ -7,10 +7,11 @@
 
 namespace flowscope {
 
-/// Each head h points at a place a_h = Σ_i w_hi q_i of the cloud (region, semantic and past tool positions).
-/// Position: Σ_h γ_h a_h + Σ_b β_b e_b + offset. Rotation columns: Σ_b α_b e_b + constants. The directions
-/// e_b turn with the scene (tool axes, differences of anchors and their perpendiculars, pointed-at normals),
-/// so a yaw that was learned at one place holds at every other.
+/// Each head h points at a place a_h = Σ_i w_hi q_i of the cloud (region, semantic and past tool positions),
+/// after choosing the word that it looks for: c_h = softmax over words, w_h = softmax_i(query_h · key_i - Σ_w
+/// c_hw mismatch_iw). Position: Σ_h γ_h a_h + Σ_b β_b e_b + offset. Rotation columns: Σ_b α_b e_b +
+/// constants. The directions e_b turn with the scene (tool axes, differences of anchors, pointed-at normals,
+/// yaws of squares and bars), so a yaw that was learned at one place holds at every other.
 class GroundingImpl : public torch::nn::Module {
  public:
   GroundingImpl(int channels, int heads);
@@ -19,18 +20,19 @@ class GroundingImpl : public torch::nn::Module {
     torch::Tensor token;     ///< [B, P, C]
     torch::Tensor position;  ///< [B, P, 3] metres, world
     torch::Tensor normal;    ///< [B, P, 3] world; zero where there is none
+    torch::Tensor mismatch;  ///< [B, P, W] colour of the point against each word's
   };
   struct Result {
     torch::Tensor end_point;  ///< [B, 9] normalised
     torch::Tensor weights;    ///< [B, P], sums to 1: what the position rests on
   };
-  /// action [B, C]; tool_axes [B, 3, 3] rows are axes.
-  Result forward(const torch::Tensor& action, const Points& points, const torch::Tensor& tool_axes,
-                 const PositionScale& scale);
+  /// action [B, C]; words [B, W, C], is_word [B, W] 0/1; tool_axes [B, 3, 3] rows are axes.
+  Result forward(const torch::Tensor& action, const Points& points, const torch::Tensor& words,
+                 const torch::Tensor& is_word, const torch::Tensor& tool_axes, const PositionScale& scale);
 
  private:
   int heads_, key_size_ = 16;
-  torch::nn::Linear key_{nullptr}, mix_{nullptr}, read_{nullptr};
+  torch::nn::Linear key_{nullptr}, word_key_{nullptr}, word_query_{nullptr}, mix_{nullptr}, read_{nullptr};
   torch::nn::Sequential query_{nullptr};
 };
 TORCH_MODULE(Grounding);

@@ -78,8 +78,10 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   const torch::Tensor keyframe = keyframe_table_(s.keyframe_index);
   const torch::Tensor pooled = m.words.sum(1) / is_word.sum(1, true).clamp_min(1);
   m.condition = proprioception_->forward(s.history.flatten(1)) + keyframe + instruction_->forward(pooled);
-  m.image_raw = image_tokens_(s.image_feature, s.image_color, m.words, s.word_color, is_color, is_word,
-                              mention, patch_->forward(s.patches));
+  const BoundTokens image = image_tokens_(s.image_feature, s.image_color, m.words, s.word_color, is_color,
+                                          is_word, mention, patch_->forward(s.patches));
+  m.image_raw = image.token;
+  m.image_mismatch = image.mismatch;
   const torch::Tensor history = history_->forward(s.history) + keyframe.unsqueeze(1);
   if (shape_.paper_order) {
     m.image = m.image_raw;
@@ -106,9 +108,9 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
   const torch::Tensor mention = mention_table_(per_draw(m.word_mention, draws));
   const torch::Tensor condition = per_draw(m.condition, draws) + time_embedding(d.t);
 
-  torch::Tensor region = region_tokens_(d.region_feature, d.region_color, words,
-                                        per_draw(m.word_color, draws), is_color, is_word, mention);
-  const torch::Tensor raw_region = region;
+  const BoundTokens bound = region_tokens_(d.region_feature, d.region_color, words,
+                                           per_draw(m.word_color, draws), is_color, is_word, mention);
+  torch::Tensor region = bound.token;
   region = point_encoder_->forward(region);
   torch::Tensor image = per_draw(m.image, draws), history = per_draw(m.history, draws);
   const torch::Tensor pose = (pose_->forward(d.x) + condition).unsqueeze(1);
@@ -135,16 +137,18 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
     out.action = plain_velocity_->forward(action);
     return out;
   }
-  const torch::Tensor region_normal = d.region_feature.narrow(2, world_normal_at, 3);
-  const auto result = grounding_->forward(
-      action,
-      {torch::cat({region + raw_region, image + per_draw(m.image_raw, draws), history}, 1),
-       torch::cat({d.region_position, per_draw(m.image_position, draws), per_draw(m.history_position, draws)},
-                  1),
-       torch::cat({region_normal, per_draw(m.image_normal, draws),
-                   torch::zeros_like(per_draw(m.history_position, draws))},
-                  1)},
-      per_draw(m.tool_axes, draws), scale);
+  const torch::Tensor past = per_draw(m.history_position, draws);
+  const GroundingImpl::Points points{
+      torch::cat({region + bound.token, image + per_draw(m.image_raw, draws), history}, 1),
+      torch::cat({d.region_position, per_draw(m.image_position, draws), past}, 1),
+      torch::cat({d.region_feature.narrow(2, world_normal_at, 3), per_draw(m.image_normal, draws),
+                  torch::zeros_like(past)},
+                 1),
+      torch::cat({bound.mismatch, per_draw(m.image_mismatch, draws),
+                  torch::zeros({past.size(0), past.size(1), words.size(1)})},
+                 1)};
+  const auto result =
+      grounding_->forward(action, points, words, is_word, per_draw(m.tool_axes, draws), scale);
   out.action = result.end_point;
   out.weights = result.weights;
   return out;

@@ -14,6 +14,7 @@ namespace flowscope {
 struct SceneMemory {
   torch::Tensor words, word_color;       ///< [S, W, C], [S, W, 3]
   torch::Tensor word_row, word_mention;  ///< [S, W]
+  torch::Tensor image_mismatch;          ///< [S, M, W]
   torch::Tensor image, image_raw;        ///< [S, M, C] after and before fusion
   torch::Tensor history;    ///< [S, 3, C] after fusion: carries the prefix to the region's sequence
   torch::Tensor condition;  ///< [S, C] proprioception, keyframe index and instruction

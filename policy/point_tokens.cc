@@ -7,6 +7,8 @@ torch::Tensor distance2(const torch::Tensor& a, const torch::Tensor& b) {
   return (a.unsqueeze(2) - b.unsqueeze(1)).square().sum(-1);
 }
 
+constexpr double farthest2 = 0.5;  // colours further apart are all equally wrong
+
 // Colour with its brightness taken off: what shading leaves alone.
 torch::Tensor hue(const torch::Tensor& rgb) {
   const torch::Tensor centered = rgb - rgb.mean(-1, true);
@@ -27,17 +29,23 @@ PointTokensImpl::PointTokensImpl(int features, int channels)
       out_(register_module("out",
                            torch::nn::Sequential(torch::nn::GELU(), torch::nn::Linear(channels, channels),
                                                  torch::nn::GELU(), torch::nn::Linear(channels, channels)))),
-      log_width_(register_parameter("log_width", torch::tensor({2.5f, 1.f}))),
-      gain_(register_parameter("gain", torch::tensor({0.8f}))) {}
+      log_width_(register_parameter("log_width", torch::tensor({3.f, 1.f}))),
+      strictness_(register_parameter("strictness", torch::tensor({2.3f, 2.3f}))),
+      gain_(register_parameter("gain", torch::tensor({1.f}))) {}
 
-torch::Tensor PointTokensImpl::forward(const torch::Tensor& features, const torch::Tensor& color,
-                                       const torch::Tensor& words, const torch::Tensor& word_color,
-                                       const torch::Tensor& is_color, const torch::Tensor& is_word,
-                                       const torch::Tensor& mention, const torch::Tensor& extra) {
+BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch::Tensor& color,
+                                     const torch::Tensor& words, const torch::Tensor& word_color,
+                                     const torch::Tensor& is_color, const torch::Tensor& is_word,
+                                     const torch::Tensor& mention, const torch::Tensor& extra) {
   const torch::Tensor width = log_width_.exp();
   const torch::Tensor mask = is_color.unsqueeze(1);
-  const torch::Tensor near = torch::exp(-width[0] * distance2(color, gain_ * word_color)) * mask;
-  const torch::Tensor alike = torch::exp(-width[1] * distance2(hue(color), hue(word_color))) * mask;
+  const torch::Tensor color2 = distance2(color, gain_ * word_color);
+  const torch::Tensor hue2 = distance2(hue(color), hue(word_color));
+  const torch::Tensor near = torch::exp(-width[0] * color2) * mask;
+  const torch::Tensor alike = torch::exp(-width[1] * hue2) * mask;
+  const torch::Tensor strictness = strictness_.exp();
+  const torch::Tensor mismatch =
+      (strictness[0] * color2.clamp_max(farthest2) + strictness[1] * hue2.clamp_max(farthest2)) * mask;
   torch::Tensor h =
       in_(features) + torch::bmm(near, sharp_(mention)) + torch::bmm(near * alike, wide_(mention));
   if (extra.defined()) h = h + extra;
@@ -45,7 +53,7 @@ torch::Tensor PointTokensImpl::forward(const torch::Tensor& features, const torc
   torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), key_(words).transpose(1, 2)) * scale;
   scores = scores.masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
   h = h + torch::bmm(torch::softmax(scores, -1), value_(words));
-  return out_->forward(h);
+  return {out_->forward(h), mismatch};
 }
 
 }  // namespace flowscope

@@ -32,6 +32,19 @@ void recolor(PreparedScene& scene, std::vector<Word>& words, const Eigen::Matrix
     if (w.row == Vocabulary::color) w.color = map * w.color;
 }
 
+// Joints and the way so far tell few demonstrations apart better than any picture: a network that sees them
+// sharply learns each one's next move by heart. The pose now stays exact, for moves that are meant relative
+// to it.
+void blur_past(std::array<RobotState, history_length>& history, Random& random) {
+  constexpr double past_shift_m = 0.15, joint_noise_rad = 0.3;
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    for (double& q : history[i].q) q += joint_noise_rad * random.normal();
+    if (i + 1 == history.size()) continue;
+    for (int a = 0; a < 3; ++a)
+      history[i].world_from_tool.position[a] += random.uniform(-past_shift_m, past_shift_m);
+  }
+}
+
 }  // namespace
 
 SceneInput prepare_input(const PolicyInput& input, const Box& bounds, const NetworkShape& shape,
@@ -107,6 +120,7 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
   }
   scene->plane_z += static_cast<float>(shift.z());
   for (RobotState& r : out.input.history) r.world_from_tool = moved_from_world * r.world_from_tool;
+  blur_past(out.input.history, random);
   out.target.world_from_tool = moved_from_world * sample.target.world_from_tool;
   out.input.scene = std::move(scene);
   return out;
