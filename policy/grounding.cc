@@ -39,15 +39,16 @@ GroundingImpl::GroundingImpl(int channels, int heads)
   read_->bias.zero_();
 }
 
-GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const Points& points,
-                                             const torch::Tensor& words, const torch::Tensor& is_word,
-                                             const torch::Tensor& tool_axes, const PositionScale& scale) {
+GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const torch::Tensor& intent,
+                                             const Points& points, const torch::Tensor& roles,
+                                             const torch::Tensor& is_word, const torch::Tensor& tool_axes,
+                                             const PositionScale& scale) {
   const std::int64_t batch = action.size(0), count = points.position.size(1);
   const torch::Tensor keys = key_(points.token).view({batch, count, heads_, key_size_}).permute({0, 2, 1, 3});
   const torch::Tensor query = query_->forward(action).view({batch, heads_, key_size_, 1});
   const torch::Tensor word_keys =
-      word_key_(words).view({batch, words.size(1), heads_, key_size_}).permute({0, 2, 1, 3});
-  const torch::Tensor word_query = word_query_(action).view({batch, heads_, key_size_, 1});
+      word_key_(roles).view({batch, roles.size(1), heads_, key_size_}).permute({0, 2, 1, 3});
+  const torch::Tensor word_query = word_query_(intent).view({batch, heads_, key_size_, 1});
   const torch::Tensor word_scores =
       torch::matmul(word_keys, word_query).squeeze(-1).masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
   const torch::Tensor sought = torch::softmax(word_scores, -1);  // [B, H, W]

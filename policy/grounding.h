@@ -26,9 +26,11 @@ class GroundingImpl : public torch::nn::Module {
     torch::Tensor end_point;  ///< [B, 9] normalised
     torch::Tensor weights;    ///< [B, P], sums to 1: what the position rests on
   };
-  /// action [B, C]; words [B, W, C], is_word [B, W] 0/1; tool_axes [B, 3, 3] rows are axes.
-  Result forward(const torch::Tensor& action, const Points& points, const torch::Tensor& words,
-                 const torch::Tensor& is_word, const torch::Tensor& tool_axes, const PositionScale& scale);
+  /// action [B, C]; intent [B, C] chooses among the words' roles [B, W, C], is_word [B, W] 0/1; tool_axes [B,
+  /// 3, 3] rows are axes.
+  Result forward(const torch::Tensor& action, const torch::Tensor& intent, const Points& points,
+                 const torch::Tensor& roles, const torch::Tensor& is_word, const torch::Tensor& tool_axes,
+                 const PositionScale& scale);
 
  private:
   int heads_, key_size_ = 16;

@@ -72,12 +72,15 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   m.word_row = s.word_row;
   m.word_mention = s.word_mention;
   m.word_color = s.word_color;
-  m.words = (word_table_(s.word_row) + mention + place_table_->weight.unsqueeze(0) +
-             word_color_(s.word_color) * is_color.unsqueeze(-1)) *
-            is_word.unsqueeze(-1);
+  // Roles carry no colour: which word matters now must not depend on what it happens to say.
+  m.roles = (word_table_(s.word_row) + mention) * is_word.unsqueeze(-1);
+  m.words =
+      m.roles + (place_table_->weight.unsqueeze(0) + word_color_(s.word_color) * is_color.unsqueeze(-1)) *
+                    is_word.unsqueeze(-1);
   const torch::Tensor keyframe = keyframe_table_(s.keyframe_index);
-  const torch::Tensor pooled = m.words.sum(1) / is_word.sum(1, true).clamp_min(1);
-  m.condition = proprioception_->forward(s.history.flatten(1)) + keyframe + instruction_->forward(pooled);
+  const torch::Tensor pooled = m.roles.sum(1) / is_word.sum(1, true).clamp_min(1);
+  m.intent = keyframe + instruction_->forward(pooled);
+  m.condition = proprioception_->forward(s.history.flatten(1)) + m.intent;
   const BoundTokens image = image_tokens_(s.image_feature, s.image_color, m.words, s.word_color, is_color,
                                           is_word, mention, patch_->forward(s.patches));
   m.image_raw = image.token;
@@ -147,8 +150,8 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
       torch::cat({bound.mismatch, per_draw(m.image_mismatch, draws),
                   torch::zeros({past.size(0), past.size(1), words.size(1)})},
                  1)};
-  const auto result =
-      grounding_->forward(action, points, words, is_word, per_draw(m.tool_axes, draws), scale);
+  const auto result = grounding_->forward(action, per_draw(m.intent, draws), points, per_draw(m.roles, draws),
+                                          is_word, per_draw(m.tool_axes, draws), scale);
   out.action = result.end_point;
   out.weights = result.weights;
   return out;

@@ -17,6 +17,8 @@ struct SceneMemory {
   torch::Tensor image_mismatch;          ///< [S, M, W]
   torch::Tensor image, image_raw;        ///< [S, M, C] after and before fusion
   torch::Tensor history;    ///< [S, 3, C] after fusion: carries the prefix to the region's sequence
+  torch::Tensor roles;      ///< [S, W, C] words without their colours
+  torch::Tensor intent;     ///< [S, C] keyframe index and instruction, without its colours
   torch::Tensor condition;  ///< [S, C] proprioception, keyframe index and instruction
   torch::Tensor image_position, image_normal, history_position, tool_axes;
 };

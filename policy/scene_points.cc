@@ -17,7 +17,10 @@ using Eigen::Vector3f;
 struct Candidate {
   ScenePoint point;
   int view = 0, x = 0, y = 0;
+  float salience = 1;  ///< of its squared distance in the farthest-point order: the plane counts less
 };
+
+constexpr float plane_thickness_m = 0.004f;
 
 void require_sane(const Observation& observation) {
   if (observation.views.empty()) throw std::invalid_argument("the observation has no view");
@@ -89,7 +92,7 @@ std::vector<Candidate> thin(const std::vector<Candidate>& all, float plane_z, do
   std::vector<Cell> cells;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Vector3f& p = all[i].point.position;
-    const bool on_plane = std::abs(p.z() - plane_z) < 0.004f;
+    const bool on_plane = std::abs(p.z() - plane_z) < plane_thickness_m;
     const float side = static_cast<float>(on_plane ? 5 * voxel_m : voxel_m);
     const Eigen::Vector3i cell = (p.array() / side).floor().cast<int>();
     std::uint64_t key = on_plane ? 1 : 0;
@@ -103,7 +106,10 @@ std::vector<Candidate> thin(const std::vector<Candidate>& all, float plane_z, do
   }
   std::vector<Candidate> out;
   out.reserve(cells.size());
-  for (const Cell& c : cells) out.push_back(all[c.index]);
+  for (const Cell& c : cells) {
+    out.push_back(all[c.index]);
+    if (std::abs(out.back().point.position.z() - plane_z) < plane_thickness_m) out.back().salience = 0.1f;
+  }
   return out;
 }
 
@@ -120,8 +126,8 @@ void order_by_farthest(std::vector<Candidate>& points, std::size_t even) {
     std::size_t farthest = chosen + 1;
     for (std::size_t i = chosen + 1; i < n; ++i) {
       const ScenePoint& p = points[i].point;
-      const float d2 =
-          (p.position - last.position).squaredNorm() + 0.04f * (p.color - last.color).squaredNorm();
+      const float d2 = points[i].salience * ((p.position - last.position).squaredNorm() +
+                                             0.04f * (p.color - last.color).squaredNorm());
       distance2[i] = std::min(distance2[i], d2);
       if (distance2[i] > distance2[farthest]) farthest = i;
     }
