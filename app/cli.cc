@@ -25,7 +25,18 @@ void name_environment_twins(CLI::App& command) {
                    [](unsigned char c) { return c == '-' ? '_' : static_cast<char>(std::toupper(c)); });
     option->envname(name);
   }
-  for (CLI::App* sub : command.get_subcommands(nullptr)) name_environment_twins(*sub);
+}
+
+/// Only the commands that were called: the parser would read the twins of all others too, and they share
+/// their values.
+void name_environment_twins_of_call(CLI::App& root, int argc, const char* const* argv) {
+  CLI::App* command = &root;
+  for (int i = 1; i < argc; ++i) {
+    const auto subs = command->get_subcommands([&](CLI::App* sub) { return sub->check_name(argv[i]); });
+    if (subs.empty()) return;
+    command = subs.front();
+    name_environment_twins(*command);
+  }
 }
 
 /// The parser itself would only say that a command is missing.
@@ -96,7 +107,7 @@ int run_cli(int argc, const char* const* argv) {
   add_export_command(root, context);
   add_serve_command(root, context);
   add_bench_command(root, context);
-  for (CLI::App* command : root.get_subcommands(nullptr)) name_environment_twins(*command);
+  name_environment_twins_of_call(root, argc, argv);
   try {
     require_known_command(root, argc, argv);
     root.parse(argc, argv);

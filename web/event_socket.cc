@@ -47,6 +47,7 @@ void EventSocket::start(const Upgrade& request) {
   timeout.keep_alive_pings = true;
   socket_.set_option(timeout);
   socket_.read_message_max(largest_incoming);
+  socket_.auto_fragment(false);  // one message, one frame: many small ones meet delayed acknowledgements
   socket_.async_accept(request, [self = shared_from_this()](error_code failure) {
     if (!failure) self->join();
   });
