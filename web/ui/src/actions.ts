@@ -1,7 +1,7 @@
 // What the page does: each action calls the server and writes the store. Failures become the notice line.
 import { api, ApiError } from "./api";
 import { LatestCall } from "./latest";
-import { store, type Tab } from "./store";
+import { store, type PageState, type Tab } from "./store";
 import type { Job, ServerEvent, TraceEntry } from "./types";
 
 export function report(error: unknown): void {
@@ -94,6 +94,13 @@ function take_job(job: Job): void {
 
 export function is_over(job: Job): boolean {
   return job.state === "done" || job.state === "failed" || job.state === "cancelled";
+}
+
+/// A scene that rests sends no news: the end of the job is then known earlier than the end of the recording.
+export function is_recording(state: PageState): boolean {
+  const recording = state.snapshot?.recording;
+  const job = recording ? state.jobs.get(recording.job) : undefined;
+  return recording !== undefined && recording.running && !(job && is_over(job));
 }
 
 /// The job when it is over, whatever its end. Events bring it; a slow poll covers a lost connection.

@@ -1,5 +1,5 @@
 // The top line: which scene this is, what it shall become, and what the program is doing now.
-import { act, inform } from "./actions";
+import { act, inform, is_recording } from "./actions";
 import { api } from "./api";
 import { fill, h, number_input, read_number, set_options, set_text } from "./dom";
 import { count } from "./format";
@@ -45,8 +45,8 @@ function status_pills(): HTMLElement {
   const training = pill("pill-training", "training");
   const viewers = pill("pill-viewers", "viewers of the stream");
   const connection = pill("pill-connection", "connection");
-  store.watch((s) => [s.snapshot, s.train, s.connection] as const, (snapshot, train, link) => {
-    recording.update(snapshot?.recording.running ? "rec" : "idle", snapshot?.recording.running ? "failure" : "off");
+  store.watch((s) => [s.snapshot, s.train, s.connection, is_recording(s)] as const, (snapshot, train, link, records) => {
+    recording.update(records ? "rec" : "idle", records ? "failure" : "off");
     const running = train?.running ?? snapshot?.training ?? false;
     const step = train?.step ?? snapshot?.train.step ?? 0;
     training.update(running ? `training ${count(step)}` : step > 0 ? `step ${count(step)}` : "untrained", running ? "inside" : "off");

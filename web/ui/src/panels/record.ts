@@ -1,5 +1,5 @@
 // Record: the waypoint script of the scene, run or recorded; what failed is marked at its line.
-import { act, inform, job_over, open_tab } from "../actions";
+import { act, inform, is_recording, job_over, open_tab } from "../actions";
 import { api } from "../api";
 import { fill, h, number_input, read_number, set_text, show_if } from "../dom";
 import { job_view } from "../job_view";
@@ -113,13 +113,13 @@ export function record_panel(): HTMLElement {
   store.watch((s) => [s.snapshot?.task, s.snapshot?.variation, s.connection === "live"] as const, (task, _variation, live) => {
     if (task && live && !changed) void load_own(task);
   });
-  store.watch((s) => [s.snapshot?.recording.running ?? false] as const, (running) => show_if(stop, running));
+  store.watch((s) => [is_recording(s)] as const, (running) => show_if(stop, running));
   store.watch((s) => [(s.demos?.length ?? 0) > 0] as const, (any) => show_if(to_train, any));
 
   return h("div", { class: "panel record-panel" },
     h("div", { class: "row spread" }, h("h2", {}, "Waypoint script"), own),
     editor.element,
-    h("div", { class: "row" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet" }, "episodes, one seed each")), stop),
+    h("div", { class: "row" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet" }, "episodes, a seed each")), stop),
     job.element,
     h("div", { class: "row spread" }, tally, to_train),
     success_terms());

@@ -94,7 +94,7 @@ export function train_panel(): HTMLElement {
     start.disabled = running || demo_count === 0;
     stop.disabled = !running;
     preset.disabled = limit.disabled = running;
-    set_text(start, step > 0 && !running ? "Go on training" : "Start training");
+    set_text(start, step > 0 && !running ? "Train anew" : "Start training");
   });
   store.watch((s) => [s.train?.error] as const, (message) => {
     show_if(failure, Boolean(message));
