@@ -108,7 +108,7 @@ std::vector<Candidate> thin(const std::vector<Candidate>& all, float plane_z, do
   out.reserve(cells.size());
   for (const Cell& c : cells) {
     out.push_back(all[c.index]);
-    if (std::abs(out.back().point.position.z() - plane_z) < plane_thickness_m) out.back().salience = 0.1f;
+    if (std::abs(out.back().point.position.z() - plane_z) < plane_thickness_m) out.back().salience = 0.004f;
   }
   return out;
 }
