@@ -68,6 +68,7 @@ export class Chart {
     const points = data[0]?.length ?? 0;
     this.element.dataset.points = String(points);
     this.empty.textContent = empty_note;
+    this.box.style.visibility = points === 0 ? "hidden" : "visible";
     show_if(this.empty, points === 0 && empty_note !== "");
     if (this.plot) this.plot.setData(this.data);
     else this.fit();
