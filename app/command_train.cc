@@ -5,6 +5,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/cli.h"
@@ -30,9 +31,10 @@ std::atomic<bool> interrupted{false};  // set by a signal handler, which can rea
 
 int add_demonstrations(Trainer& trainer, const DemoStore& store, const std::vector<std::string>& tasks) {
   int added = 0;
+  std::map<std::string, std::size_t> position;
   for (const auto& info : store.list()) {
     if (!tasks.empty() && std::ranges::find(tasks, info.task) == tasks.end()) continue;
-    trainer.add(store.load_keyframes(info.id), held_out(info.id));
+    trainer.add(store.load_keyframes(info.id), held_out(position[info.task]++));
     ++added;
   }
   return added;

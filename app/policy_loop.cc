@@ -58,7 +58,7 @@ void PolicyLoop::add_demo(Room& room, const std::string& id) {
   try {
     const Demo demo = store_.load_keyframes(id);
     if (!room.tasks.empty() && std::ranges::find(room.tasks, demo.info.task) == room.tasks.end()) return;
-    room.trainer->add(demo, held_out(id));
+    room.trainer->add(demo, held_out(room.position[demo.info.task]++));
   } catch (const std::exception& error) {
     spdlog::warn("demonstration {} is left out of training: {}", id, error.what());
   }
@@ -87,6 +87,7 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
     room.until_minutes = request.minutes.value_or(0);
     room.saved_minutes = room.validated_minutes = 0;
     room.report = {};
+    room.position.clear();
     for (const auto& demo : demos) add_demo(room, demo.id);
     room.training = true;
     room.report.running = true;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
@@ -51,7 +52,8 @@ class PolicyLoop {
     std::filesystem::path file;
     bool training = false;
     std::vector<std::string> tasks;
-    std::int64_t until_step = 0;  ///< 0: no limit
+    std::map<std::string, std::size_t> position;  ///< demonstrations of each task added so far
+    std::int64_t until_step = 0;                  ///< 0: no limit
     double until_minutes = 0;
     double saved_minutes = 0, validated_minutes = 0;
     web::TrainReport report;

@@ -1,12 +1,12 @@
 // Which demonstrations train and which only judge.
 #pragma once
 
-#include <string>
+#include <cstddef>
 
 namespace flowscope {
 
-/// One demonstration in twenty is held out for validation: those whose id ends so (ids count up per data
-/// folder), the same ones for every program and every restart.
-bool held_out(const std::string& demo_id);
+/// One demonstration in twenty is held out for validation: the tenth of every twenty of a task, in the order
+/// of the store. `position` counts a task's demonstrations from 0.
+bool held_out(std::size_t position);
 
 }  // namespace flowscope
