@@ -75,7 +75,9 @@ TEST_P(MambaBlockForm, EqualsItsEquationsInValuesAndGradients) {
   (y * factor).sum().backward();
   (exact_y * factor).sum().backward();
   EXPECT_LT(relative_distance(x.grad(), exact_x.grad()), 1e-4);
-  if (condition.defined()) EXPECT_LT(relative_distance(condition.grad(), exact_condition.grad()), 1e-4);
+  if (condition.defined()) {
+    EXPECT_LT(relative_distance(condition.grad(), exact_condition.grad()), 1e-4);
+  }
   for (const auto& [name, weight] : weights_of(block)) {
     ASSERT_TRUE(weight.grad().defined()) << name;
     EXPECT_GT(weight.grad().abs().max().item<double>(), 0) << name;
