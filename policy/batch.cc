@@ -41,6 +41,16 @@ void put_point(Writer& w, const ScenePoint& p, const ToolView& v) {
   w.put(Vector3f(v.tool_from_world * p.normal));
   w.put(p.color);
   w.put(std::clamp((p.position.z() - v.plane_z) * 20.f, -3.f, 6.f));
+  w.put(std::clamp((p.position.z() - v.plane_z) * 100.f, -2.f, 2.f));
+  w.put(Vector3f((p.around.middle - p.position) / 0.05f));
+  w.put(std::log1p(static_cast<float>(p.around.neighbours)) / 4.f);
+  w.put(p.around.square.norm());
+  w.put(p.around.bar.norm());
+}
+
+void put_moments(Writer& w, const ScenePoint& p) {
+  for (const float v : {p.around.square.x(), p.around.square.y(), p.around.bar.x(), p.around.bar.y()})
+    w.put(v);
 }
 
 }  // namespace
@@ -55,6 +65,7 @@ SceneBatch make_scene_batch(const std::vector<const SceneInput*>& scenes, const 
   b.word_color = torch::zeros({s_count, words, 3});
   b.image_feature = torch::empty({s_count, tokens, point_features});
   b.image_position = torch::empty({s_count, tokens, 3});
+  b.image_moments = torch::empty({s_count, tokens, 4});
   b.image_color = torch::empty({s_count, tokens, 3});
   b.patches = torch::empty({s_count, tokens, patch_values});
   b.history = torch::empty({s_count, history_length, history_features});
@@ -62,8 +73,8 @@ SceneBatch make_scene_batch(const std::vector<const SceneInput*>& scenes, const 
   b.tool_axes = torch::empty({s_count, 3, 3});
   b.keyframe_index = torch::empty({s_count}, torch::kInt64);
 
-  Writer feature(b.image_feature), position(b.image_position), color(b.image_color), patch(b.patches),
-      history(b.history), history_position(b.history_position), axes(b.tool_axes);
+  Writer feature(b.image_feature), position(b.image_position), moments(b.image_moments), color(b.image_color),
+      patch(b.patches), history(b.history), history_position(b.history_position), axes(b.tool_axes);
   for (std::int64_t s = 0; s < s_count; ++s) {
     const SceneInput& in = *scenes[static_cast<std::size_t>(s)];
     const ToolView tool = tool_view(in, scale);
@@ -77,7 +88,8 @@ SceneBatch make_scene_batch(const std::vector<const SceneInput*>& scenes, const 
     for (std::size_t m = 0; m < static_cast<std::size_t>(tokens); ++m) {
       const std::size_t i = m % scene.patches.size();  // a scene of fewer points repeats them
       put_point(feature, scene.points[i], tool);
-      position.put(scene.points[i].position);
+      position.put(scene.points[i].around.middle);
+      put_moments(moments, scene.points[i]);
       color.put(scene.points[i].color);
       for (const float v : scene.patches[i]) patch.put(v);
     }
@@ -102,9 +114,11 @@ DrawBatch make_draw_batch(const std::vector<const SceneInput*>& scenes, const st
   const auto count = static_cast<std::int64_t>(draws.size());
   const std::int64_t n = shape.region_points;
   const std::size_t per_scene = draws.size() / scenes.size();
-  DrawBatch b{torch::empty({count, 9}), torch::empty({count}), torch::empty({count, n, region_features}),
-              torch::empty({count, n, 3}), torch::empty({count, n, 3})};
-  Writer x(b.x), t(b.t), feature(b.region_feature), position(b.region_position), color(b.region_color);
+  DrawBatch b{
+      torch::empty({count, 9}),    torch::empty({count}),       torch::empty({count, n, region_features}),
+      torch::empty({count, n, 3}), torch::empty({count, n, 4}), torch::empty({count, n, 3})};
+  Writer x(b.x), t(b.t), feature(b.region_feature), position(b.region_position), moments(b.region_moments),
+      color(b.region_color);
   for (std::size_t d = 0; d < draws.size(); ++d) {
     const SceneInput& in = *scenes[d / per_scene];
     const Draw& draw = draws[d];
@@ -123,7 +137,8 @@ DrawBatch make_draw_batch(const std::vector<const SceneInput*>& scenes, const st
       feature.put(Vector3f((relative / 0.05f).cwiseMax(-3.f).cwiseMin(3.f)));
       feature.put(std::min(relative.norm() / radius, 3.f));
       feature.put(region.inside[i] ? 1.f : 0.f);
-      position.put(p.position);
+      position.put(p.around.middle);
+      put_moments(moments, p);
       color.put(p.color);
     }
     if (regions) regions->push_back(std::move(region));

@@ -13,9 +13,10 @@
 namespace flowscope {
 
 /// Numbers that describe one point: position to the workspace centre, to the tool in world and in tool axes,
-/// normal in world and in tool axes, colour, height above the plane. A geometry point adds its place in the
-/// sphere.
-inline constexpr int point_features = 19, region_features = point_features + 8;
+/// normal in world and in tool axes, colour, height above the plane (coarse and fine), the middle of what it
+/// belongs to as seen from it, how much that is and how square and long. A geometry point adds its place in
+/// the sphere.
+inline constexpr int point_features = 26, region_features = point_features + 8;
 inline constexpr int history_features = 3 + 6 + 1 + 7;
 
 /// What does not change along the flow.
@@ -23,7 +24,8 @@ struct SceneBatch {
   torch::Tensor word_row, word_mention;  ///< [S, W] int64; row 0 pads at the end
   torch::Tensor word_color;              ///< [S, W, 3]
   torch::Tensor image_feature;           ///< [S, M, point_features]
-  torch::Tensor image_position;          ///< [S, M, 3] metres, world
+  torch::Tensor image_position;          ///< [S, M, 3] metres, world: the middle of what the point belongs to
+  torch::Tensor image_moments;           ///< [S, M, 4] its square and bar moments
   torch::Tensor image_color;             ///< [S, M, 3]
   torch::Tensor patches;                 ///< [S, M, patch_values]
   torch::Tensor history;                 ///< [S, 3, history_features], oldest first
@@ -37,7 +39,8 @@ struct DrawBatch {
   torch::Tensor x;                ///< [B, 9] noisy pose, normalised
   torch::Tensor t;                ///< [B]
   torch::Tensor region_feature;   ///< [B, n, region_features]
-  torch::Tensor region_position;  ///< [B, n, 3] metres, world
+  torch::Tensor region_position;  ///< [B, n, 3] metres, world: the middle of what the point belongs to
+  torch::Tensor region_moments;   ///< [B, n, 4]
   torch::Tensor region_color;     ///< [B, n, 3]
 };
 

@@ -8,9 +8,10 @@
 namespace flowscope {
 namespace {
 
-// Directions per head beside the tool's three: difference to the mean anchor, normal, yaw of a square by its
-// sides and by its corners, yaw of a bar; each with its horizontal perpendicular.
-constexpr int per_head = 10;
+// Directions per head beside the tool's three: difference to the mean anchor, the same up to quarter turns,
+// normal, yaw of a square by its sides and by its corners, yaw of a bar; each with its horizontal
+// perpendicular.
+constexpr int per_head = 12;
 constexpr double offset_unit_m = 0.1;
 
 // e_z × v.
@@ -64,10 +65,12 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
   const torch::Tensor directions = differences / (differences.norm(2, -1, true) + 0.02);
   std::vector<torch::Tensor> basis_parts{tool_axes};
   const torch::Tensor tool_x = tool_axes.select(1, 0);
+  const torch::Tensor moments = torch::bmm(weights, points.moments);  // [B, H, 4]
   const auto yaw = [&](int n, double offset) {
-    return symmetric_yaw(weights, points.position, anchors, tool_x, n, offset);
+    return symmetric_yaw(moments.narrow(2, n == 4 ? 0 : 2, 2), tool_x, n, offset);
   };
-  for (const torch::Tensor& d : {directions, normals, yaw(4, 0), yaw(4, std::numbers::pi / 4), yaw(2, 0)}) {
+  for (const torch::Tensor& d : {directions, nearest_quarter(directions, tool_x), normals, yaw(4, 0),
+                                 yaw(4, std::numbers::pi / 4), yaw(2, 0)}) {
     basis_parts.push_back(d);
     basis_parts.push_back(quarter_turn(d));
   }

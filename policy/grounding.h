@@ -18,8 +18,9 @@ class GroundingImpl : public torch::nn::Module {
 
   struct Points {
     torch::Tensor token;     ///< [B, P, C]
-    torch::Tensor position;  ///< [B, P, 3] metres, world
+    torch::Tensor position;  ///< [B, P, 3] metres, world: the middle of what the point belongs to
     torch::Tensor normal;    ///< [B, P, 3] world; zero where there is none
+    torch::Tensor moments;   ///< [B, P, 4] square and bar moments of what it belongs to (Surroundings)
     torch::Tensor mismatch;  ///< [B, P, W] colour of the point against each word's
   };
   struct Result {

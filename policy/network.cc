@@ -96,6 +96,7 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
     m.history = fused.narrow(1, words + tokens, history_length);
   }
   m.image_position = s.image_position;
+  m.image_moments = s.image_moments;
   m.history_position = s.history_position;
   m.tool_axes = s.tool_axes;
   m.image_normal = s.image_feature.narrow(2, world_normal_at, 3);
@@ -147,6 +148,9 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
       torch::cat({d.region_feature.narrow(2, world_normal_at, 3), per_draw(m.image_normal, draws),
                   torch::zeros_like(past)},
                  1),
+      torch::cat(
+          {d.region_moments, per_draw(m.image_moments, draws), torch::zeros({past.size(0), past.size(1), 4})},
+          1),
       torch::cat({bound.mismatch, per_draw(m.image_mismatch, draws),
                   torch::zeros({past.size(0), past.size(1), words.size(1)})},
                  1)};

@@ -20,7 +20,7 @@ struct SceneMemory {
   torch::Tensor roles;      ///< [S, W, C] words without their colours
   torch::Tensor intent;     ///< [S, C] keyframe index and instruction, without its colours
   torch::Tensor condition;  ///< [S, C] proprioception, keyframe index and instruction
-  torch::Tensor image_position, image_normal, history_position, tool_axes;
+  torch::Tensor image_position, image_normal, image_moments, history_position, tool_axes;
 };
 
 struct NetworkOutput {

@@ -37,6 +37,7 @@ struct TrainRates {
   double ema = 0.998;
   double rotation_deg = 180;  ///< augmentation: about world z, uniform in +- this
   double shift_m = 0.10, lift_m = 0.03, jitter_m = 0.001;
+  double shuffle = 0.7, shuffle_m = 0.25;  ///< how often things on the table are moved about, and how far
   bool operator==(const TrainRates&) const = default;
 };
 

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "policy/things.h"
+
 namespace flowscope {
 namespace {
 
@@ -43,6 +45,24 @@ void blur_past(std::array<RobotState, history_length>& history, Random& random) 
     for (int a = 0; a < 3; ++a)
       history[i].world_from_tool.position[a] += random.uniform(-past_shift_m, past_shift_m);
   }
+}
+
+// The same task with its things elsewhere: the target goes along with the thing that it is about.
+void move_things(PreparedScene& scene, GripperAction& target, const Eigen::Vector3d& tool, double range_m,
+                 Random& random) {
+  std::vector<Eigen::Vector3f> position;
+  for (const ScenePoint& p : scene.points) position.push_back(p.position);
+  const Eigen::Vector3f place = target.world_from_tool.position.cast<float>();
+  const int about = thing_at(position, scene.thing, place);
+  const std::vector<Eigen::Vector3f> shift = shuffle_things(
+      position, scene.thing, scene.plane_z, tool.cast<float>(), static_cast<float>(range_m), random);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    if (scene.thing[i] < 0) continue;
+    const Eigen::Vector3f& by = shift[static_cast<std::size_t>(scene.thing[i])];
+    scene.points[i].position += by;
+    scene.points[i].around.middle += by;
+  }
+  if (about >= 0) target.world_from_tool.position += shift[static_cast<std::size_t>(about)].cast<double>();
 }
 
 }  // namespace
@@ -97,7 +117,8 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
   Sample out = sample;
   auto scene = std::make_shared<PreparedScene>(*sample.input.scene);
   const double limit = rates.rotation_deg * std::numbers::pi / 180;
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(random.uniform(-limit, limit), Eigen::Vector3d::UnitZ()));
+  const double yaw_rad = random.uniform(-limit, limit);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d shift(random.uniform(-rates.shift_m, rates.shift_m),
                               random.uniform(-rates.shift_m, rates.shift_m),
                               random.uniform(-rates.lift_m, rates.lift_m));
@@ -108,6 +129,9 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
     out.input.words =
         sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
   if (random.uniform() < 0.7) recolor(*scene, out.input.words, random_recoloring(random));
+  if (random.uniform() < rates.shuffle)
+    move_things(*scene, out.target, sample.input.history.back().world_from_tool.position, rates.shuffle_m,
+                random);
   const Eigen::Matrix3f rotation = turn.toRotationMatrix().cast<float>();
   const Eigen::Vector3f offset = moved_from_world.position.cast<float>();
   const auto jitter =
@@ -117,11 +141,12 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
     for (int a = 0; a < 3; ++a) noise[a] = static_cast<float>(random.uniform(-1, 1)) * jitter;
     p.position = rotation * p.position + offset + noise;
     p.normal = rotation * p.normal;
+    p.around = moved(p.around, static_cast<float>(yaw_rad), offset);
   }
   scene->plane_z += static_cast<float>(shift.z());
   for (RobotState& r : out.input.history) r.world_from_tool = moved_from_world * r.world_from_tool;
   blur_past(out.input.history, random);
-  out.target.world_from_tool = moved_from_world * sample.target.world_from_tool;
+  out.target.world_from_tool = moved_from_world * out.target.world_from_tool;
   out.input.scene = std::move(scene);
   return out;
 }

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "policy/random.h"
+#include "policy/things.h"
 
 namespace flowscope {
 namespace {
@@ -61,7 +62,7 @@ std::vector<Candidate> collect(const Observation& observation, const Box& worksp
         const Vector3d p = unproject(view, x, y);
         if (!workspace.contains(p)) continue;
         const std::uint8_t* rgb = view.rgb.at(x, y);
-        out.push_back({{p.cast<float>(), Vector3f(rgb[0], rgb[1], rgb[2]) / 255.f, Vector3f::Zero()},
+        out.push_back({{p.cast<float>(), Vector3f(rgb[0], rgb[1], rgb[2]) / 255.f, Vector3f::Zero(), {}},
                        static_cast<int>(v),
                        x,
                        y});
@@ -174,6 +175,16 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
     if (scene.patches.size() < static_cast<std::size_t>(shape.image_tokens))
       scene.patches.push_back(patch_around(view, c.x, c.y));
   }
+  std::vector<Vector3f> position, color;
+  std::vector<char> on_plane;
+  for (const ScenePoint& p : scene.points) {
+    position.push_back(p.position);
+    color.push_back(p.color);
+    on_plane.push_back(std::abs(p.position.z() - scene.plane_z) < plane_thickness_m);
+  }
+  const std::vector<Surroundings> around = find_surroundings(position, color, on_plane);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) scene.points[i].around = around[i];
+  scene.thing = find_things(position, on_plane);
   return scene;
 }
 

@@ -6,13 +6,16 @@
 #include <vector>
 
 #include "policy/preset.h"
+#include "policy/surroundings.h"
 #include "render/observation.h"
 
 namespace flowscope {
 
-/// Position in metres (world), colour in [0, 1], unit normal (world, towards the camera).
+/// Position in metres (world), colour in [0, 1], unit normal (world, towards the camera); and what the point
+/// belongs to.
 struct ScenePoint {
   Eigen::Vector3f position, color, normal;
+  Surroundings around;
 };
 
 /// Pixels of one patch: 8 x 8 every second pixel around a point's own pixel, RGB in [0, 1].
@@ -25,7 +28,8 @@ using Patch = std::array<float, patch_values>;
 struct PreparedScene {
   std::vector<ScenePoint> points;
   std::vector<Patch> patches;
-  float plane_z = 0;  ///< height of the dominant horizontal plane, metres, world
+  std::vector<int> thing;  ///< of each point (find_things); -1 for the plane
+  float plane_z = 0;       ///< height of the dominant horizontal plane, metres, world
 };
 
 /// Cloud from RGB-D inside `bounds` widened to the workspace; fine grid on things, coarse grid on the

@@ -86,7 +86,7 @@ class ScriptRun {
     }
     for (std::size_t i = 0; i < script_.steps.size() && !world_.success(); ++i) {
       const MotionResult result = execute(script_.steps[i], i);
-      if (result) continue;
+      if (result || world_.success()) continue;
       report.step = static_cast<int>(i);
       report.line = script_.steps[i].line;
       report.reason = "waypoint " + std::to_string(i + 1) + " (line " + std::to_string(report.line) +
@@ -100,10 +100,12 @@ class ScriptRun {
   double sim_seconds() const { return frames_.back().time_s - frames_.front().time_s; }
 
  private:
+  /// The step in which the task succeeds is finished: its end is where the expert meant to go, not where the
+  /// condition happened to become true.
   bool keep(const Frame& frame) {
     frames_.push_back(frame);
     if (on_frame_) on_frame_(frame);
-    return !world_.success();
+    return true;
   }
 
   Pose resolve(const MoveStep& move, const Eigen::Quaterniond& present) const {

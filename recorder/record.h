@@ -31,9 +31,9 @@ inline const std::vector<std::string>& observation_cameras() {
 }
 inline constexpr int observation_size = 128;  ///< pixels
 
-/// Runs `script` from the world's present state (reset before), stops early at success like the benchmark
-/// does, finds the keyframes and has them photographed. `on_frame` sees every frame (live view); may be
-/// empty.
+/// Runs `script` from the world's present state (reset before), ends after the step that succeeded like the
+/// benchmark does, finds the keyframes and has them photographed. `on_frame` sees every frame (live view);
+/// may be empty.
 RunReport run_script(World& world, const Script& script, const Observe& observe,
                      const std::function<void(const Frame&)>& on_frame = {}, std::stop_token stop = {});
 

@@ -14,7 +14,7 @@ std::vector<ScenePoint> cloud(int count) {
   Random random(5);
   std::vector<ScenePoint> points;
   for (int i = 0; i < count; ++i) {
-    ScenePoint p{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+    ScenePoint p{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(), {}};
     for (int a = 0; a < 3; ++a) p.position[a] = static_cast<float>(random.uniform(-0.5, 0.5));
     points.push_back(p);
   }

@@ -1,0 +1,101 @@
+#include "policy/things.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flowscope {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.5f, at_m = 0.03f;
+constexpr int attempts = 8, fewest_points = 5;
+
+struct Extent {
+  Vector3f low = Vector3f::Constant(1e9f), high = Vector3f::Constant(-1e9f);
+  int points = 0;
+  bool near_tool = false;
+
+  Vector3f middle() const { return 0.5f * (low + high); }
+  float radius() const { return 0.5f * (high - low).head<2>().norm(); }
+};
+
+std::vector<Extent> extents(const std::vector<Vector3f>& position, const std::vector<int>& thing,
+                            const Vector3f& tool) {
+  std::vector<Extent> out;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    if (thing[i] < 0) continue;
+    if (static_cast<std::size_t>(thing[i]) >= out.size()) out.resize(static_cast<std::size_t>(thing[i]) + 1);
+    Extent& e = out[static_cast<std::size_t>(thing[i])];
+    e.low = e.low.cwiseMin(position[i]);
+    e.high = e.high.cwiseMax(position[i]);
+    ++e.points;
+    e.near_tool = e.near_tool || (position[i] - tool).norm() < reach_m;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<int> find_things(const std::vector<Vector3f>& position, const std::vector<char>& skip) {
+  std::vector<int> thing(position.size(), -1);
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0, count = 0; i < position.size(); ++i) {
+    if (skip[i] || thing[i] >= 0) continue;
+    const int id = static_cast<int>(count++);
+    thing[i] = id;
+    open = {i};
+    while (!open.empty()) {
+      const Vector3f p = position[open.back()];
+      open.pop_back();
+      for (std::size_t j = 0; j < position.size(); ++j) {
+        if (skip[j] || thing[j] >= 0 || (position[j] - p).squaredNorm() > link_m * link_m) continue;
+        thing[j] = id;
+        open.push_back(j);
+      }
+    }
+  }
+  return thing;
+}
+
+std::vector<Vector3f> shuffle_things(const std::vector<Vector3f>& position, const std::vector<int>& thing,
+                                     float plane_z, const Vector3f& tool, float range_m, Random& random) {
+  std::vector<Extent> all = extents(position, thing, tool);
+  std::vector<Vector3f> shift(all.size(), Vector3f::Zero());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Extent& e = all[i];
+    const Vector3f size = e.high - e.low;
+    if (e.points < fewest_points || e.near_tool || e.low.z() > plane_z + 0.03f || size.maxCoeff() > largest_m)
+      continue;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+      const Vector3f by(static_cast<float>(random.uniform(-range_m, range_m)),
+                        static_cast<float>(random.uniform(-range_m, range_m)), 0);
+      const bool free = std::ranges::all_of(all, [&](const Extent& o) {
+        if (&o == &e || o.points < fewest_points) return true;
+        const float apart = (o.middle() - e.middle() - by).head<2>().norm();
+        return apart > o.radius() + e.radius() + gap_m || o.low.z() > e.high.z() + 0.1f;
+      });
+      if (!free) continue;
+      shift[i] = by;
+      all[i].low += by;
+      all[i].high += by;
+      break;
+    }
+  }
+  return shift;
+}
+
+int thing_at(const std::vector<Vector3f>& position, const std::vector<int>& thing, const Vector3f& place) {
+  int best = -1;
+  float nearest = at_m;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const float d = (position[i] - place).head<2>().norm();
+    if (thing[i] >= 0 && d < nearest) {
+      nearest = d;
+      best = thing[i];
+    }
+  }
+  return best;
+}
+
+}  // namespace flowscope

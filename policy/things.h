@@ -1,0 +1,27 @@
+// Things on the table: groups of points that hang together. Training moves them about.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "policy/random.h"
+
+namespace flowscope {
+
+/// Group of each point, -1 for those with `skip` (the table). Points within 25 mm of each other share a
+/// group.
+std::vector<int> find_things(const std::vector<Eigen::Vector3f>& position, const std::vector<char>& skip);
+
+/// One shift per group, metres, horizontal. Things that stand on the plane, are smaller than half a metre and
+/// not within reach of the tool are shifted by up to `range_m`, so that none comes near another; all else
+/// stays.
+std::vector<Eigen::Vector3f> shuffle_things(const std::vector<Eigen::Vector3f>& position,
+                                            const std::vector<int>& thing, float plane_z,
+                                            const Eigen::Vector3f& tool, float range_m, Random& random);
+
+/// The group that a gripper at `place` is about: the one with a point within 3 cm horizontally of it, nearest
+/// first; -1: none.
+int thing_at(const std::vector<Eigen::Vector3f>& position, const std::vector<int>& thing,
+             const Eigen::Vector3f& place);
+
+}  // namespace flowscope
