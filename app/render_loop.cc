@@ -64,7 +64,10 @@ CameraModel view_camera(Renderer& renderer, const SceneState& state, const ViewS
 
 RenderLoop::RenderLoop(const TaskLibrary& tasks, const Latest<SimSnapshot>& sim, EncodeLoop& encode)
     : tasks_(tasks), sim_(sim), encode_(encode) {
-  views_["main"].settings.id = "main";
+  ViewSettings& main = views_["main"].settings;
+  main.id = "main";
+  main.orbit.distance_m = 1.9;  // the whole arm at rest, and the table
+  main.orbit.lookat = {0.1, 0, 1.02};
   thread_ = std::jthread([this] {
     Room room;
     while (queue_.run_next(room, std::chrono::milliseconds(1000))) draw_changed_views(room);
@@ -82,7 +85,7 @@ Renderer& RenderLoop::renderer(Room& room, const std::string& scene) {
     std::lock_guard lock(mutex_);
     if (failure_ != error.what()) spdlog::error("rendering: {}", error.what());
     failure_ = error.what();
-    throw;
+    throw ApiError(503, "cannot_draw", error.what());
   }
   room.scene = scene;
   std::lock_guard lock(mutex_);
@@ -98,10 +101,20 @@ ImageRgb RenderLoop::draw_now(Room& room, const SceneState& state, const ViewSet
   return r.draw(state, view_camera(r, state, view), view.overlays ? overlay : Overlay{});
 }
 
+void RenderLoop::open_first_scene(Room& room, const std::string& scene) {
+  if (room.renderer || !failure().empty()) return;
+  try {
+    renderer(room, scene);
+  } catch (const std::exception&) {
+    // renderer() has kept and logged the reason
+  }
+}
+
 void RenderLoop::draw_changed_views(Room& room) {
   const std::uint64_t sim_version = sim_.version();
   const auto sim = sim_.get();
   if (!sim) return;
+  open_first_scene(room, sim->state.scene);
   std::vector<ViewSettings> todo;
   Overlay overlay;
   std::shared_ptr<const SceneState> pinned;
@@ -121,7 +134,7 @@ void RenderLoop::draw_changed_views(Room& room) {
       const double taken = unix_time_s();
       encode_.offer(view.id, {draw_now(room, pinned ? *pinned : sim->state, view, overlay), taken});
     } catch (const std::exception& error) {
-      spdlog::error("drawing view {}: {}", view.id, error.what());
+      if (failure() != error.what()) spdlog::error("drawing view {}: {}", view.id, error.what());
     }
   }
 }

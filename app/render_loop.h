@@ -86,6 +86,9 @@ class RenderLoop {
   Renderer& renderer(Room& room, const std::string& scene);
   ImageRgb draw_now(Room& room, const SceneState& state, const web::ViewSettings& view,
                     const Overlay& overlay);
+  /// Before anybody watches, so that the first picture comes soon and a machine that cannot draw says so at
+  /// the start.
+  void open_first_scene(Room& room, const std::string& scene);
   void draw_changed_views(Room& room);
 
   const TaskLibrary& tasks_;

@@ -66,13 +66,16 @@ void Studio::send(web::Event event) {
 
 void Studio::announce(std::stop_token stop) {
   std::uint64_t told = 0;
+  std::string told_failure;
   int beat = 0;
   bool was_training = false;
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     const std::uint64_t now = change_;
-    if (now == told || !sim_.snapshot().get()) continue;
+    const std::string failure = render_.failure();
+    if ((now == told && failure == told_failure) || !sim_.snapshot().get()) continue;
     told = now;
+    told_failure = failure;
     send(state());
     const auto report = policy_.report();
     if (report.running != was_training || (report.running && beat++ % 5 == 0)) send(report);
@@ -114,6 +117,7 @@ StateSnapshot Studio::state() {
   s.views = render_.views();
   s.cameras = observation_cameras();
   s.viewers = render_.viewers();
+  s.rendering_error = render_.failure();
   const auto report = policy_.report();
   s.training = report.running;
   s.train = report.status;

@@ -71,6 +71,7 @@ struct StateSnapshot {
   TrainStatus train;
   PolicyStatus policy;
   int viewers = 0;
+  std::string rendering_error;  ///< why there are no pictures; empty while there are
   struct Shown {
     std::string trace;
     int step = 0;

@@ -47,7 +47,7 @@ constexpr const char* scene = R"({
   "recording":{"type":"object","properties":{"running":{"type":"boolean"},"job":{"type":"string"}}},
   "training":{"type":"boolean"},"train":{"type":"object"},"policy":{"type":"object","properties":{
   "loaded":{"type":"boolean"},"file":{"type":"string"},"generation":{"type":"integer"}}},
-  "viewers":{"type":"integer"},"shown":{"type":["object","null"]}}},
+  "viewers":{"type":"integer"},"rendering_error":{"type":["string","null"]},"shown":{"type":["object","null"]}}},
 "Job":{"type":"object","required":["id","kind","state","progress"],"properties":{"id":{"type":"string"},
   "kind":{"type":"string"},"state":{"enum":["queued","running","done","failed","cancelled"]},
   "progress":{"type":"number"},"message":{"type":"string"},"result":{"type":"object","properties":{

@@ -98,6 +98,7 @@ Json to_json(const StateSnapshot& state) {
             {"file", state.policy.file},
             {"generation", state.policy.generation}}},
           {"viewers", state.viewers},
+          {"rendering_error", state.rendering_error.empty() ? Json() : Json(state.rendering_error)},
           {"shown", state.shown ? Json{{"trace", state.shown->trace}, {"step", state.shown->step}} : Json()}};
 }
 

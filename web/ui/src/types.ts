@@ -27,6 +27,7 @@ export interface Snapshot {
   training: boolean; train: TrainStatus;
   policy: { loaded: boolean; file: string; generation: number };
   viewers: number;
+  rendering_error: string | null;
   shown?: { trace: string; step: number } | null;
 }
 export interface Problem { code: string; message: string; where?: string }

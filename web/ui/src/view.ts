@@ -124,7 +124,9 @@ function shown_tag(): HTMLElement {
 }
 
 export function view(): HTMLElement {
-  const empty = h("p", { class: "stage-note" }, "waiting for the picture…");
+  const empty = h("p", { class: "stage-note", "data-testid": "stage-note" });
+  store.watch((s) => [s.snapshot?.rendering_error ?? null] as const, (error) =>
+    set_text(empty, error ? `No picture: ${error}. “flowscope doctor” says how to mend it.` : "waiting for the picture…"));
   const picture = stream_picture();
   picture.addEventListener("load", () => empty.remove(), { once: true });
   return h("section", { class: "stage", "aria-label": "live view" },
