@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "app/commands.h"
+#include "policy/policy.h"
 #include "recorder/demo_store.h"
 #include "recorder/script.h"
 
@@ -65,6 +66,8 @@ int run_body(const Context& context) {
     return fail(2, error.what(), context.json);
   } catch (const BadDemo& error) {
     return fail(2, error.what(), context.json);
+  } catch (const BadCheckpoint& error) {
+    return fail(2, error.what(), context.json);
   } catch (const std::exception& error) {
     return fail(1, error.what(), context.json);
   }
@@ -80,6 +83,13 @@ CLI::Option* add_data_option(CLI::App& command, Context& context) {
   return command.add_option("--data", context.data, "Folder of demonstrations, policies, traces and exports")
       ->type_name("DIR")
       ->capture_default_str();
+}
+
+const std::filesystem::path& existing_data(const Context& context) {
+  if (!std::filesystem::is_directory(context.data)) {
+    throw UsageError("--data: no folder " + context.data.string());
+  }
+  return context.data;
 }
 
 void set_body(CLI::App& command, Context& context, std::function<int()> body) {

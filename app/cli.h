@@ -31,6 +31,8 @@ struct Context {
 /// --json and --data DIR, worded the same in every command that has them.
 CLI::Option* add_json_option(CLI::App& command, Context& context);
 CLI::Option* add_data_option(CLI::App& command, Context& context);
+/// --data of a command that only reads: looking at a mistyped folder must not create it. Throws UsageError.
+const std::filesystem::path& existing_data(const Context& context);
 /// Runs `body` after the whole call has been read; what it throws becomes an exit code and a message.
 void set_body(CLI::App& command, Context& context, std::function<int()> body);
 

@@ -13,13 +13,7 @@ namespace {
 
 namespace wire = web::wire;
 
-/// A store that reads only what is there: looking at a mistyped folder must not create it.
-DemoStore open_store(const Context& context) {
-  if (!std::filesystem::is_directory(context.data)) {
-    throw UsageError("--data: no folder " + context.data.string());
-  }
-  return DemoStore(context.data);
-}
+DemoStore open_store(const Context& context) { return DemoStore(existing_data(context)); }
 
 /// Runs `action`; an id that the store does not know is a wrong call.
 template <typename Action>

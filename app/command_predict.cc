@@ -22,7 +22,7 @@ struct PredictCall {
 };
 
 int predict(const PredictCall& call, const Context& context) {
-  const DemoStore store(context.data);
+  const DemoStore store(existing_data(context));
   Demo demo;
   PolicyInput input;
   try {

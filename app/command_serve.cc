@@ -43,7 +43,9 @@ std::filesystem::path find_page() {
 }
 
 int serve(const ServeCall& call, const Context& context) {
-  spdlog::set_default_logger(spdlog::stderr_color_st("flowscope"));  // stdout carries the one ready line
+  // stdout carries the one ready line
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("flowscope", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
   web::ServerOptions options = call.server;
   options.page = find_page();
   if (call.no_token) {

@@ -42,7 +42,7 @@ int add_demonstrations(Trainer& trainer, const DemoStore& store, const std::vect
 
 int train(const TrainCall& call, const Context& context) {
   if (call.steps <= 0 && call.minutes <= 0) throw UsageError("--steps or --minutes says how long to train");
-  const DemoStore store(context.data);
+  const DemoStore store(existing_data(context));
   TrainOptions options = call.options;
   options.expected_minutes = call.minutes;
   options.grounded = !call.paper_form;
