@@ -49,7 +49,8 @@ function status_pills(): HTMLElement {
     recording.update(records ? "rec" : "idle", records ? "failure" : "off");
     const running = train?.running ?? snapshot?.training ?? false;
     const step = train?.step ?? snapshot?.train.step ?? 0;
-    training.update(running ? `training ${count(step)}` : step > 0 ? `step ${count(step)}` : "untrained", running ? "inside" : "off");
+    const rests = step > 0 ? `step ${count(step)}` : snapshot?.policy.loaded ? "policy loaded" : "untrained";
+    training.update(running ? `training ${count(step)}` : rests, running ? "inside" : "off");
     viewers.update(`${snapshot?.viewers ?? 0} viewer${snapshot?.viewers === 1 ? "" : "s"}`, "off");
     const tones = { live: "expert", lost: "failure", connecting: "off", loading: "action" };
     connection.update(link, tones[link]);

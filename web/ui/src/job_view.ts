@@ -2,6 +2,7 @@
 import { act, is_over } from "./actions";
 import { api } from "./api";
 import { fill, h, set_text, show_if } from "./dom";
+import { percent } from "./format";
 import { store } from "./store";
 import type { Job } from "./types";
 
@@ -30,7 +31,7 @@ export function job_view(test_id: string, describe: (job: Job) => Node | string 
       fill(text, h("b", {}, "Failed. "), job.error?.message ?? job.message, job.error?.where ? h("code", {}, job.error.where) : null);
     } else if (job.state === "cancelled") set_text(text, "Cancelled.");
     else if (job.state === "done") fill(text, describe(job));
-    else set_text(text, `${job.message || job.kind} · ${Math.round(100 * job.progress)} %`);
+    else set_text(text, `${job.message || job.kind}${job.progress > 0 ? ` · ${percent(job.progress)}` : ""}`);
   };
   store.watch((s) => [followed ? s.jobs.get(followed) : undefined] as const, (job) => draw(job));
   return {
