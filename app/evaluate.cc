@@ -28,6 +28,8 @@ int eval_variation(int variations, int seed, int episode) {
 
 namespace {
 
+constexpr int most_steps = 20;  // keyframes per episode, as in the method's own evaluation
+
 struct Outcome {
   bool success = false;
   std::string why;
@@ -72,17 +74,18 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, int flow_st
   world.reset(variation, seed);
   PolicyInput input;
   input.instruction = world.episode().instructions.front();
-  input.history = {world.robot()};
-  const int most = world.task().max_steps();
-  for (int k = 0; k < most && !world.success(); ++k) {
+  const int attempt = world.task().keyframes();
+  for (int step = 0; step < most_steps && !world.success(); ++step) {
+    const int k = step % attempt;  // not done where the longest demonstration is: it starts over from here
+    if (k == 0) input.history = {world.robot()};
     input.observation = bench.observe(world.state());
     input.keyframe_index = k;
-    options.seed = seed + static_cast<std::uint64_t>(k);
+    options.seed = seed + static_cast<std::uint64_t>(step);
     const FlowTrace trace = bench.policy->predict(input, options);
     const MotionResult moved =
         execute_keyframe(world, trace.result, seed, [&](const Frame&) { return !world.success(); });
     if (!moved && !world.success() && outcome.why.empty()) {
-      outcome.why = "keyframe " + std::to_string(k) + ": " + to_string(moved.failure) + ": " + moved.message;
+      outcome.why = "step " + std::to_string(step) + ": " + to_string(moved.failure) + ": " + moved.message;
     }
     input.history.push_back(world.robot());
   }

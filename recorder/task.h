@@ -54,8 +54,9 @@ class Task {
   virtual const std::string& name() const = 0;
   virtual int variations() const = 0;
   virtual std::vector<std::string> instructions(int variation) const = 0;
-  virtual Box bounds() const = 0;     ///< keyframe box, metres, world
-  virtual int max_steps() const = 0;  ///< policy keyframes allowed per evaluation episode
+  virtual Box bounds() const = 0;  ///< keyframe box, metres, world
+  /// Keyframes of the longest demonstration: a policy that is not done by then starts over.
+  virtual int keyframes() const = 0;
   /// Compiled scene (robot + table + cameras + objects). The task owns it.
   virtual const mjModel_* model() const = 0;
   /// Places and colours everything in model/data for this variation and seed and settles nothing (the world

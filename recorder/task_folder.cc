@@ -77,10 +77,10 @@ class FolderTask : public Task {
         model_(compile(folder / "scene.xml", assets)),
         arm_(Kinematics::from_model(model_.get())) {
     reader_.check_keys(root_, "task",
-                       {"bounds", "max_steps", "variations", "draw", "instructions", "colors", "placement",
+                       {"bounds", "keyframes", "variations", "draw", "instructions", "colors", "placement",
                         "success", "demonstration"});
     read_bounds();
-    max_steps_ = reader_.integer(reader_.require(root_, "max_steps"), "max_steps", 1, 1000);
+    keyframes_ = reader_.integer(reader_.require(root_, "keyframes"), "keyframes", 1, 1000);
     variations_ = read_variations(reader_, name_, reader_.require(root_, "variations"));
     placement_ = read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), {}), model_.get());
     check_all();
@@ -89,7 +89,7 @@ class FolderTask : public Task {
   const std::string& name() const override { return name_; }
   int variations() const override { return static_cast<int>(variations_.size()); }
   Box bounds() const override { return bounds_; }
-  int max_steps() const override { return max_steps_; }
+  int keyframes() const override { return keyframes_; }
   const mjModel* model() const override { return model_.get(); }
 
   std::vector<std::string> instructions(int variation) const override {
@@ -222,7 +222,7 @@ class FolderTask : public Task {
   ModelPtr model_;
   Kinematics arm_;
   Box bounds_;
-  int max_steps_ = 0;
+  int keyframes_ = 0;
   std::vector<Variables> variations_;
   Placement placement_;
 };

@@ -1,7 +1,7 @@
 // A task read from its folder. The file task.yaml:
 //
 //   bounds: {min: [x, y, z], max: [x, y, z]}     keyframe box, metres, world
-//   max_steps: 6                                 policy keyframes per evaluation episode
+//   keyframes: 6                                 keyframes of the longest demonstration
 //   variations:                                  what each variation binds for {placeholders}
 //     combine:                                   every combination; the last entry turns fastest
 //       - permutations: {from: colors, choose: 3, take: 17, as: color}      {color_1} {color_2} {color_3},

@@ -152,7 +152,7 @@ class TaskFolder : public testing::Test {
   std::filesystem::path folder_;
   const std::vector<std::string> good_{
       "bounds: {min: [0, -0.4, 0.7], max: [0.5, 0.4, 1]}",                     // 1
-      "max_steps: 2",                                                          // 2
+      "keyframes: 2",                                                          // 2
       "variations: {combine: [{n: [1, 2]}]}",                                  // 3
       "instructions: [\"poke the box {n} times\"]",                            // 4
       "placement:",                                                            // 5
@@ -165,17 +165,17 @@ class TaskFolder : public testing::Test {
 };
 
 TEST_F(TaskFolder, AUsersTaskNeedsNoCompiler) {
-  ASSERT_EQ(complaint(2, "max_steps: 3"), "accepted");
+  ASSERT_EQ(complaint(2, "keyframes: 3"), "accepted");
   const TaskLibrary library(kAssets, {folder_.parent_path()});
   const auto task = library.get("poke");
   EXPECT_EQ(task->variations(), 2);
-  EXPECT_EQ(task->max_steps(), 3);
+  EXPECT_EQ(task->keyframes(), 3);
   EXPECT_EQ(task->instructions(1).at(0), "poke the box 2 times");
 }
 
 TEST_F(TaskFolder, EveryMistakeIsNamedWithItsPlace) {
   EXPECT_EQ(complaint(1, "bounds: {min: [0, 0], max: [1, 1, 1]}"), "1:15: 'min' must be a list of 3 numbers");
-  EXPECT_EQ(complaint(2, "max_steps: none"), "2:12: 'max_steps' needs a number here");
+  EXPECT_EQ(complaint(2, "keyframes: none"), "2:12: 'keyframes' needs a number here");
   EXPECT_EQ(complaint(2, "max_stops: 1").rfind("2:", 0), 0u);
   EXPECT_EQ(
       complaint(3, "variations: {combine: [{permutations: {from: [a, b], choose: 3, take: 1, as: x}}]}"),
