@@ -1,0 +1,135 @@
+// What a point belongs to, what hangs together, and what training does with it.
+#include "policy/things.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "policy/surroundings.h"
+#include "policy/symmetric_yaw.h"
+
+namespace flowscope {
+namespace {
+
+using Eigen::Vector3f;
+
+/// A flat square ring of 50 mm with bars of 10 mm, turned by `yaw_rad` about `center`, in points 5 mm apart.
+std::vector<Vector3f> ring(const Vector3f& center, float yaw_rad) {
+  std::vector<Vector3f> points;
+  for (int i = -5; i <= 5; ++i) {
+    for (int j = -5; j <= 5; ++j) {
+      if (std::abs(i) < 3 && std::abs(j) < 3) continue;
+      const float x = 0.005f * static_cast<float>(i), y = 0.005f * static_cast<float>(j);
+      points.push_back(center + Vector3f(std::cos(yaw_rad) * x - std::sin(yaw_rad) * y,
+                                         std::sin(yaw_rad) * x + std::cos(yaw_rad) * y, 0));
+    }
+  }
+  return points;
+}
+
+double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+
+TEST(Surroundings, EveryPointOfARingKnowsItsMiddleAndYaw) {
+  for (const float yaw : {-0.6f, 0.f, 0.3f, 0.7f}) {
+    const Vector3f center(0.2f, -0.1f, 0.76f);
+    const auto points = ring(center, yaw);
+    const std::vector<Vector3f> colors(points.size(), Vector3f(0.8f, 0.7f, 0.6f));
+    const auto around = find_surroundings(points, colors, std::vector<char>(points.size(), 0));
+    for (const Surroundings& s : around) {
+      EXPECT_LT((s.middle - center).norm(), 0.002f);
+      // The corners of a square lie at 45 degrees to its sides.
+      const double seen = std::atan2(s.square.y(), s.square.x()) / 4 + std::numbers::pi / 4;
+      EXPECT_NEAR(degrees(std::remainder(seen - yaw, std::numbers::pi / 2)), 0, 1.5);
+      EXPECT_GT(s.square.norm(), 0.1f);
+    }
+  }
+}
+
+TEST(Surroundings, OtherColoursAndTheTableDoNotCount) {
+  auto points = ring({0, 0, 0.76f}, 0);
+  std::vector<Vector3f> colors(points.size(), Vector3f(0.8f, 0.7f, 0.6f));
+  const std::size_t own = points.size();
+  for (int i = 0; i < 40; ++i) {
+    points.push_back({0.03f, 0.001f * static_cast<float>(i), 0.76f});
+    colors.push_back(i % 2 == 0 ? Vector3f(0, 0, 1) : Vector3f(0.8f, 0.7f, 0.6f));
+  }
+  std::vector<char> skip(points.size(), 0);
+  for (std::size_t i = own + 1; i < points.size(); i += 2) skip[i] = 1;
+  const auto around = find_surroundings(points, colors, skip);
+  EXPECT_LT(around.front().middle.norm() - 0.76f, 0.002f);
+  EXPECT_LT(around.front().middle.head<2>().norm(), 0.002f);
+  EXPECT_EQ(around.back().middle, points.back());
+}
+
+TEST(Surroundings, TurnAndShiftWithTheScene) {
+  const float yaw = 0.4f;
+  const Vector3f center(0.2f, 0.1f, 0.76f), shift(0.05f, -0.02f, 0.01f);
+  const auto turn = [&](const Vector3f& p) {
+    return Vector3f(std::cos(yaw) * p.x() - std::sin(yaw) * p.y() + shift.x(),
+                    std::sin(yaw) * p.x() + std::cos(yaw) * p.y() + shift.y(), p.z() + shift.z());
+  };
+  auto points = ring(center, 0.1f);
+  const std::vector<Vector3f> colors(points.size(), Vector3f::Ones());
+  const std::vector<char> none(points.size(), 0);
+  const Surroundings before = moved(find_surroundings(points, colors, none).front(), yaw, shift);
+  for (Vector3f& p : points) p = turn(p);
+  const Surroundings after = find_surroundings(points, colors, none).front();
+  EXPECT_LT((before.middle - after.middle).norm(), 1e-5f);
+  EXPECT_LT((before.square - after.square).norm(), 1e-4f);
+  EXPECT_LT((before.bar - after.bar).norm(), 1e-4f);
+}
+
+TEST(SymmetricYaw, TakesTheEqualTurnNearestToTheTool) {
+  const double yaw = 0.2;
+  const torch::Tensor moment = torch::tensor({{{std::cos(4 * yaw), std::sin(4 * yaw)}}}, torch::kFloat32);
+  const double tool = 0.2 + std::numbers::pi / 2 + 0.1;
+  const torch::Tensor tool_x = torch::tensor({{std::cos(tool), std::sin(tool), 0.0}}, torch::kFloat32);
+  const torch::Tensor seen = symmetric_yaw(moment, tool_x, 4, 0);
+  EXPECT_NEAR(std::atan2(seen[0][0][1].item<double>(), seen[0][0][0].item<double>()),
+              yaw + std::numbers::pi / 2, 1e-5);
+  const torch::Tensor direction = torch::tensor({{{std::cos(yaw), std::sin(yaw), 0.0}}}, torch::kFloat32);
+  const torch::Tensor quarter = nearest_quarter(direction, tool_x);
+  EXPECT_NEAR(std::atan2(quarter[0][0][1].item<double>(), quarter[0][0][0].item<double>()),
+              yaw + std::numbers::pi / 2, 1e-5);
+}
+
+struct Tabletop {
+  std::vector<Vector3f> points;
+  std::vector<int> thing;
+};
+
+/// Two rings 20 cm apart and a tool above neither.
+Tabletop two_rings() {
+  Tabletop t;
+  t.points = ring({0.1f, 0.1f, 0.76f}, 0);
+  for (const Vector3f& p : ring({0.3f, 0.1f, 0.76f}, 0.5f)) t.points.push_back(p);
+  t.thing = find_things(t.points, std::vector<char>(t.points.size(), 0));
+  return t;
+}
+
+TEST(Things, WhatHangsTogetherIsOneThing) {
+  const Tabletop t = two_rings();
+  EXPECT_EQ(t.thing.front(), 0);
+  EXPECT_EQ(t.thing.back(), 1);
+  EXPECT_EQ(thing_at(t.points, t.thing, {0.3f, 0.1f, 0.9f}), 1);
+  EXPECT_EQ(thing_at(t.points, t.thing, {0.2f, 0.1f, 0.9f}), -1);
+}
+
+TEST(Things, AreShiftedApartButNotUnderTheTool) {
+  const Tabletop t = two_rings();
+  Random random(5);
+  double farthest = 0;
+  for (int i = 0; i < 200; ++i) {
+    const auto shift = shuffle_things(t.points, t.thing, 0.752f, {0.1f, 0.1f, 0.80f}, 0.25f, random);
+    EXPECT_TRUE(shift[0].isZero()) << "the tool is at it";
+    EXPECT_EQ(shift[1].z(), 0);
+    const Vector3f second = Vector3f(0.3f, 0.1f, 0.76f) + shift[1];
+    EXPECT_GT((second - Vector3f(0.1f, 0.1f, 0.76f)).norm(), 0.06f) << "it would stand in the other";
+    farthest = std::max<double>(farthest, shift[1].norm());
+  }
+  EXPECT_GT(farthest, 0.15);
+}
+
+}  // namespace
+}  // namespace flowscope
