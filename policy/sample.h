@@ -46,7 +46,7 @@ std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const Networ
 
 /// The same keyframe elsewhere: scene, history and target turned about world z and shifted together, colours
 /// of points, patches and colour words turned about the grey axis together, points jittered, joints and past
-/// poses blurred. `center` is the turning point.
+/// poses blurred, things on the table moved about. `center` is the turning point.
 Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random);
 
 }  // namespace flowscope
