@@ -1,6 +1,4 @@
 // The outside of the program: exit codes, what goes to which stream, environment twins.
-#include "app/cli.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -8,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "recorder/demo_store.h"
+#include "tests/support/run_command.h"
 #include "tests/support/sample_demo.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,29 +15,10 @@ namespace {
 
 using nlohmann::json;
 
-struct Outcome {
-  int code = 0;
-  std::string out, err;
-};
+using testing::contains;
+using testing::Outcome;
 
-Outcome run(std::vector<std::string> words) {
-  words.insert(words.begin(), "flowscope");
-  std::vector<const char*> arguments;
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  ::testing::internal::CaptureStdout();
-  ::testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.code = run_cli(static_cast<int>(arguments.size()), arguments.data());
-  std::fflush(stdout);
-  std::fflush(stderr);
-  outcome.out = ::testing::internal::GetCapturedStdout();
-  outcome.err = ::testing::internal::GetCapturedStderr();
-  return outcome;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+Outcome run(std::vector<std::string> words) { return testing::run_command(std::move(words)); }
 
 TEST(Cli, EveryCommandHasHelp) {
   for (const char* command :
@@ -56,7 +36,8 @@ TEST(Cli, AWrongCallIsTwoAndNamesTheOption) {
       {{"record"}, "task"},
       {{"record", "push_buttons", "--episodes", "0"}, "--episodes"},
       {{"record", "push_buttons", "--nonsense"}, "--nonsense"},
-      {{"demos", "list", "--data", "/no/such/folder"}, "--data"}};
+      {{"demos", "list", "--data", "/no/such/folder"}, "--data"},
+      {{"train", "--data", "/no/such/folder", "--policy", "p.flow", "--steps", "1"}, "--data"}};
   for (const auto& [call, name] : calls) {
     const Outcome outcome = run(call);
     EXPECT_EQ(outcome.code, 2) << call.front();
