@@ -53,7 +53,8 @@ void move_things(PreparedScene& scene, GripperAction& target, const Eigen::Vecto
   std::vector<Eigen::Vector3f> position;
   for (const ScenePoint& p : scene.points) position.push_back(p.position);
   const Eigen::Vector3f place = target.world_from_tool.position.cast<float>();
-  const int about = thing_at(position, scene.thing, place);
+  const int about = thing_at(position, scene.thing, scene.plane_z, place);
+  if (about < 0) return;  // nobody knows what it goes along with
   const std::vector<Eigen::Vector3f> shift = shuffle_things(
       position, scene.thing, scene.plane_z, tool.cast<float>(), static_cast<float>(range_m), random);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
@@ -62,7 +63,7 @@ void move_things(PreparedScene& scene, GripperAction& target, const Eigen::Vecto
     scene.points[i].position += by;
     scene.points[i].around.middle += by;
   }
-  if (about >= 0) target.world_from_tool.position += shift[static_cast<std::size_t>(about)].cast<double>();
+  target.world_from_tool.position += shift[static_cast<std::size_t>(about)].cast<double>();
 }
 
 }  // namespace

@@ -8,7 +8,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.5f, at_m = 0.03f;
+constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.5f, about_m = 0.15f,
+                stands_m = 0.03f;
 constexpr int attempts = 8, fewest_points = 5;
 
 struct Extent {
@@ -65,7 +66,8 @@ std::vector<Vector3f> shuffle_things(const std::vector<Vector3f>& position, cons
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Extent& e = all[i];
     const Vector3f size = e.high - e.low;
-    if (e.points < fewest_points || e.near_tool || e.low.z() > plane_z + 0.03f || size.maxCoeff() > largest_m)
+    if (e.points < fewest_points || e.near_tool || e.low.z() > plane_z + stands_m ||
+        size.maxCoeff() > largest_m)
       continue;
     for (int attempt = 0; attempt < attempts; ++attempt) {
       const Vector3f by(static_cast<float>(random.uniform(-range_m, range_m)),
@@ -85,12 +87,15 @@ std::vector<Vector3f> shuffle_things(const std::vector<Vector3f>& position, cons
   return shift;
 }
 
-int thing_at(const std::vector<Vector3f>& position, const std::vector<int>& thing, const Vector3f& place) {
+int thing_at(const std::vector<Vector3f>& position, const std::vector<int>& thing, float plane_z,
+             const Vector3f& place) {
+  const std::vector<Extent> all = extents(position, thing, place);
   int best = -1;
-  float nearest = at_m;
+  float nearest = about_m;
   for (std::size_t i = 0; i < position.size(); ++i) {
+    if (thing[i] < 0 || all[static_cast<std::size_t>(thing[i])].low.z() > plane_z + stands_m) continue;
     const float d = (position[i] - place).head<2>().norm();
-    if (thing[i] >= 0 && d < nearest) {
+    if (d < nearest) {
       nearest = d;
       best = thing[i];
     }

@@ -19,9 +19,9 @@ std::vector<Eigen::Vector3f> shuffle_things(const std::vector<Eigen::Vector3f>& 
                                             const std::vector<int>& thing, float plane_z,
                                             const Eigen::Vector3f& tool, float range_m, Random& random);
 
-/// The group that a gripper at `place` is about: the one with a point within 3 cm horizontally of it, nearest
-/// first; -1: none.
-int thing_at(const std::vector<Eigen::Vector3f>& position, const std::vector<int>& thing,
+/// The group that a gripper at `place` is about: of those that stand on the plane the one horizontally
+/// nearest, within 15 cm (it may wait in front of a handle or above a peg); -1: none.
+int thing_at(const std::vector<Eigen::Vector3f>& position, const std::vector<int>& thing, float plane_z,
              const Eigen::Vector3f& place);
 
 }  // namespace flowscope

@@ -112,8 +112,10 @@ TEST(Things, WhatHangsTogetherIsOneThing) {
   const Tabletop t = two_rings();
   EXPECT_EQ(t.thing.front(), 0);
   EXPECT_EQ(t.thing.back(), 1);
-  EXPECT_EQ(thing_at(t.points, t.thing, {0.3f, 0.1f, 0.9f}), 1);
-  EXPECT_EQ(thing_at(t.points, t.thing, {0.2f, 0.1f, 0.9f}), -1);
+  EXPECT_EQ(thing_at(t.points, t.thing, 0.752f, {0.3f, 0.1f, 0.9f}), 1);
+  EXPECT_EQ(thing_at(t.points, t.thing, 0.752f, {0.3f, 0.2f, 0.9f}), 1) << "waiting in front of it";
+  EXPECT_EQ(thing_at(t.points, t.thing, 0.752f, {0.3f, 0.4f, 0.9f}), -1);
+  EXPECT_EQ(thing_at(t.points, t.thing, 0.652f, {0.3f, 0.1f, 0.9f}), -1) << "it hangs in the air";
 }
 
 TEST(Things, AreShiftedApartButNotUnderTheTool) {
