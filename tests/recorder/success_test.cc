@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -17,13 +19,14 @@ using ModelPtr = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
 using DataPtr = std::unique_ptr<mjData, decltype(&mj_deleteData)>;
 
 ModelPtr compile(const std::string& body) {
-  const std::string path = testing::TempDir() + "success_scene.xml";
+  const std::string path = testing::TempDir() + "success_scene_" + std::to_string(::getpid()) + ".xml";
   std::ofstream(path) << "<mujoco><compiler angle='radian'/><asset>"
                          "<material name='lamp' rgba='1 0 0 1'/>"
                          "<mesh name='pyramid' vertex='0 0 0  .1 0 0  0 .1 0  0 0 .1'/></asset><worldbody>"
                       << body << "</worldbody></mujoco>";
   char error[500] = "";
   ModelPtr model(mj_loadXML(path.c_str(), nullptr, error, sizeof error), mj_deleteModel);
+  std::remove(path.c_str());
   EXPECT_TRUE(model) << error;
   return model;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -123,7 +124,8 @@ TEST(Tasks, HaveTheBenchmarksVariationsAndWords) {
 class TaskFolder : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) / "tasks_of_a_user" / "poke";
+    folder_ = std::filesystem::path(testing::TempDir()) / ("tasks_of_a_user_" + std::to_string(::getpid())) /
+              "poke";
     std::filesystem::create_directories(folder_);
     write("scene.xml",
           "<mujoco><include file='table.xml'/><include file='../../robots/panda.xml'/>"
