@@ -13,7 +13,7 @@ namespace {
 
 nlohmann::ordered_json as_json(const EvalOptions& options, const std::vector<EvalRow>& rows, double average) {
   nlohmann::ordered_json seeds = nlohmann::ordered_json::array(), list = nlohmann::ordered_json::array();
-  for (int s = 0; s < options.seeds; ++s) seeds.push_back(s);
+  for (int s = 0; s < options.seeds; ++s) seeds.push_back(options.first_seed + s);
   for (const auto& row : rows) {
     list.push_back({{"task", row.task},
                     {"success", row.success},
@@ -73,6 +73,11 @@ void add_eval_command(CLI::App& root, Context& context) {
       ->capture_default_str();
   command->add_option("--seeds", options->seeds, "Sets of scenes")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--first-seed", options->first_seed,
+                   "The first of these sets; every number has scenes of its own")
+      ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   command->add_option("--flow-steps", options->flow_steps, "Euler steps")
       ->check(CLI::Range(1, 1000))

@@ -129,8 +129,9 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
       const Outcome& o = outcomes[static_cast<std::size_t>(s) * options.episodes + e];
       won += o.success;
       if (!o.success) {
-        row.failures.push_back("seed " + std::to_string(eval_seed(s, e)) + " variation " +
-                               std::to_string(eval_variation(variations, s, e)) + ": " + o.why);
+        const int set = options.first_seed + s;
+        row.failures.push_back("seed " + std::to_string(eval_seed(set, e)) + " variation " +
+                               std::to_string(eval_variation(variations, set, e)) + ": " + o.why);
       }
       for (const auto& error : o.errors) {
         mm.push_back(error.position_m * 1000);
@@ -169,7 +170,7 @@ std::vector<EvalRow> evaluate(const TaskLibrary& tasks, const EvalOptions& optio
       try {
         Bench bench(task, options.policy);
         for (int i = next++; i < per_task; i = next++) {
-          const int s = i / options.episodes, e = i % options.episodes;
+          const int s = options.first_seed + i / options.episodes, e = i % options.episodes;
           outcomes[i] = run_episode(bench, eval_variation(task->variations(), s, e), eval_seed(s, e),
                                     options.flow_steps);
           const int count = ++done;

@@ -15,7 +15,8 @@ struct EvalOptions {
   std::filesystem::path policy;
   std::vector<std::string> tasks;
   int episodes = 25, seeds = 3, flow_steps = 4;
-  int workers = 2;  ///< each has its own policy, world and renderer; the result does not depend on it
+  int first_seed = 0;  ///< of the `seeds` sets of scenes: another one gives scenes that nobody has looked at
+  int workers = 2;     ///< each has its own policy, world and renderer; the result does not depend on it
 };
 
 struct EvalRow {

@@ -13,6 +13,7 @@ namespace flowscope {
 namespace {
 
 constexpr int kTries = 20'000;
+constexpr double kTracking = 0.001;  // metres
 /// What the robot's base covers, metres, in the world.
 const Footprint kRobot{{-0.30, 0}, 0, 0.14, 0.11};
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -136,8 +137,11 @@ std::vector<Waypoint> waypoints(const Script& script, const mjModel* model, cons
   return result;
 }
 
+/// With room for the millimetre by which the arm may miss it.
 bool within(const Waypoint& waypoint, const Box& bounds) {
-  return bounds.contains(waypoint.world_from_frame * waypoint.frame_from_tool.position);
+  const Eigen::Vector3d position = waypoint.world_from_frame * waypoint.frame_from_tool.position;
+  const Eigen::Vector3d room = Eigen::Vector3d::Constant(kTracking);
+  return bounds.contains(position - room) && bounds.contains(position + room);
 }
 
 /// In one of the rotations that the step calls as good.

@@ -1,14 +1,17 @@
 // Where an episode's objects stand.
 //
 //   placement:
-//     root: {position: [0.25, 0, 0.752], x: [-0.05, 0.05], y: 0, yaw_deg: [-180, 180]}   # offsets are
-//     optional min_distance: 0.10                # metres between footprints objects: # positions and yaw in
-//     the root's frame; a range is a number or [lower, upper]
-//       - {body: button_1, x: [-0.25, 0.25], y: [-0.3, 0.3], z: 0, yaw_deg: [-180, 180], footprint: [0.1,
-//       0.1]}
+//     root: {position: [0.25, 0, 0.752], x: [-0.05, 0.05], y: 0, yaw_deg: [-180, 180]}
+//     min_distance: 0.10
+//     objects:
+//       - {body: button_1, x: [-0.25, 0.25], y: [-0.3, 0.3], yaw_deg: [-180, 180], footprint: [0.1, 0.1]}
+//
+// Lengths in metres. The root's ranges are offsets; an object's position and yaw are in the root's frame. A
+// range is a number or [lower, upper], 0 where it is left out. `min_distance` (optional) lies between
+// footprints.
 //
 // A placement is drawn again until the footprints keep their distance and every waypoint of the demonstration
-// lies within the task's keyframe bounds.
+// lies within the task's keyframe bounds, with a millimetre to spare.
 #pragma once
 
 #include <optional>
