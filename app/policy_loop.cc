@@ -74,27 +74,40 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
     if (!any)
       throw ApiError(409, "no_demonstrations",
                      "there is nothing to learn from yet: record demonstrations first");
-    TrainOptions options = request.options;
-    if (request.minutes) options.expected_minutes = *request.minutes;
-    try {
-      room.trainer = Trainer::create(options);
-    } catch (const std::invalid_argument& error) {
-      throw ApiError(400, "bad_option", error.what());
+    if (!request.resume || !room.trainer) {
+      begin(room, request);
+      for (const auto& demo : demos) add_demo(room, demo.id);
     }
-    room.options = options;
-    room.tasks = request.tasks;
-    room.until_step = request.steps.value_or(0);
-    room.until_minutes = request.minutes.value_or(0);
-    room.saved_minutes = room.validated_minutes = 0;
-    room.report = {};
-    room.position.clear();
-    for (const auto& demo : demos) add_demo(room, demo.id);
+    const TrainStatus now = room.trainer->status();
+    if (request.resume) room.trainer->go_on_for(request.minutes.value_or(0));
+    room.until_step = request.steps ? now.step + *request.steps : 0;
+    room.until_minutes = request.minutes ? now.minutes + *request.minutes : 0;
+    room.saved_minutes = room.validated_minutes = now.minutes;
     room.training = true;
     room.report.running = true;
-    room.report.status = room.trainer->status();
+    room.report.error.clear();
+    room.report.status = now;
     publish(room);
     return room.report;
   });
+}
+
+/// A trainer without demonstrations takes the place of the one before.
+void PolicyLoop::begin(Room& room, const TrainRequest& request) {
+  TrainOptions options = request.options;
+  if (request.minutes) options.expected_minutes = *request.minutes;
+  try {
+    if (request.resume && !room.loaded)
+      throw ApiError(409, "no_policy", "there is no trained policy to go on with");
+    room.trainer = request.resume ? Trainer::resume(room.file) : Trainer::create(options);
+  } catch (const std::invalid_argument& error) {
+    throw ApiError(400, "bad_option", error.what());
+  } catch (const BadCheckpoint& error) {
+    throw ApiError(409, "bad_policy", error.what());
+  }
+  room.tasks = request.tasks;
+  room.report = {};
+  room.position.clear();
 }
 
 std::future<TrainReport> PolicyLoop::stop() {
@@ -148,7 +161,10 @@ void PolicyLoop::publish(Room& room) {
   PolicyStatus status;
   status.loaded = room.trainer || room.loaded;
   status.file = (room.trainer ? file_ : room.file).string();
-  status.generation = room.trainer ? static_cast<std::uint64_t>(room.trainer->status().step) : 0;
+  if (room.trainer)
+    status.generation = room.trainer->generation();
+  else if (room.loaded)
+    status.generation = room.loaded->generation();
   status_.publish(status);
   on_report_(room.report);
 }

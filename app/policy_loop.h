@@ -30,8 +30,8 @@ class PolicyLoop {
   /// Loads a checkpoint to predict with. Throws BadCheckpoint through the future; what was loaded before
   /// stays.
   std::future<void> load(std::filesystem::path file);
-  /// Starts afresh, or goes on with `file` when it was trained with the same options. Throws web::ApiError
-  /// when there is nothing to learn from.
+  /// Starts afresh, or with `resume` goes on with the weights in use. Throws web::ApiError when there is
+  /// nothing to learn from, or nothing to go on with.
   std::future<web::TrainReport> start(web::TrainRequest request);
   std::future<web::TrainReport> stop();
   web::TrainReport report() const;
@@ -48,8 +48,7 @@ class PolicyLoop {
   struct Room {
     std::unique_ptr<Policy> loaded;
     std::unique_ptr<Trainer> trainer;
-    TrainOptions options;
-    std::filesystem::path file;
+    std::filesystem::path file;  ///< of `loaded`
     bool training = false;
     std::vector<std::string> tasks;
     std::map<std::string, std::size_t> position;  ///< demonstrations of each task added so far
@@ -58,6 +57,7 @@ class PolicyLoop {
     double saved_minutes = 0, validated_minutes = 0;
     web::TrainReport report;
   };
+  void begin(Room& room, const web::TrainRequest& request);
   void train_step(Room& room);
   void add_demo(Room& room, const std::string& id);
   void finish(Room& room, const std::string& error);

@@ -105,7 +105,7 @@ std::future<RunReport> SimLoop::run_script(Script script, Observe observe, std::
     room.run.clear();
     RunReport report = flowscope::run_script(
         world(room), script, observe, [&](const Frame& frame) { see(room, frame); }, stop);
-    for (int k : find_keyframes(room.run)) {
+    for (int k : keyframes_to_learn(room.run)) {
       const Frame& frame = room.run[k];
       room.history.push_back({frame.world_from_tool, frame.openness, frame.q});
     }

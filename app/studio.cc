@@ -34,7 +34,21 @@ Studio::Studio(const StudioOptions& options)
     ++change_;
     render_.wake();
   });
-  if (!options.policy.empty()) policy_.load(options.policy).get();
+  open_policy();
+}
+
+/// The one asked for, else the one that was trained here before; only the first is worth not starting for.
+void Studio::open_policy() {
+  const auto trained_here = options_.data / "policies" / "live.flow";
+  if (!options_.policy.empty()) {
+    policy_.load(options_.policy).get();
+  } else if (std::filesystem::exists(trained_here)) {
+    try {
+      policy_.load(trained_here).get();
+    } catch (const BadCheckpoint& error) {
+      spdlog::warn("the policy trained before is not used: {}", error.what());
+    }
+  }
 }
 
 Studio::~Studio() {

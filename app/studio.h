@@ -74,6 +74,7 @@ class Studio : public web::Backend {
   SimLoop::SnapshotPtr scene() const;  ///< throws ApiError 503 before the first scene is open
   void announce(std::stop_token stop);
   void send(web::Event event);
+  void open_policy();
   void clear_shown();
   /// Ends the script or move that runs, if any, and waits for it.
   void interrupt_motion();

@@ -16,10 +16,11 @@ class LoadedPolicy : public Policy {
         integrate_flow(model_, prepare_input(input, model_.bounds, model_.shape, model_.vocabulary), options);
     trace.instruction = input.instruction;
     trace.policy_file = file_;
-    trace.generation = static_cast<std::uint64_t>(generation_);
+    trace.generation = generation();
     trace.weights_sha256 = sha256_;
     return trace;
   }
+  std::uint64_t generation() const override { return static_cast<std::uint64_t>(generation_); }
 
  private:
   Model model_;

@@ -42,6 +42,8 @@ class Policy {
   /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the
   /// caller's to fill.
   virtual FlowTrace predict(const PolicyInput& input, const PredictOptions& options) = 0;
+  /// Optimiser steps behind the weights.
+  virtual std::uint64_t generation() const = 0;
 };
 
 /// A file that is not one of our checkpoints, or is cut or damaged; what() names file and place.

@@ -72,6 +72,10 @@ class FlowRamTrainer : public Trainer {
     return s;
   }
   TrainStatus status() const override { return progress_.status; }
+  void go_on_for(double minutes) override {
+    progress_.options.expected_minutes = minutes > 0 ? progress_.status.minutes + minutes : 0;
+  }
+  std::uint64_t generation() const override { return static_cast<std::uint64_t>(progress_.status.step); }
 
   Validation validate(int flow_steps) override {
     data_.freeze(model_);
@@ -101,7 +105,7 @@ class FlowRamTrainer : public Trainer {
     FlowTrace trace =
         integrate_flow(model_, prepare_input(input, model_.bounds, model_.shape, model_.vocabulary), options);
     trace.instruction = input.instruction;
-    trace.generation = static_cast<std::uint64_t>(progress_.status.step);
+    trace.generation = generation();
     trace.weights_sha256 = weights_sha256(model_);
     return trace;
   }

@@ -1,33 +1,13 @@
 #include "policy/words.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <stdexcept>
 #include <utility>
 
+#include "recorder/colors.h"
+
 namespace flowscope {
-namespace {
-
-struct NamedColor {
-  std::string_view name;
-  std::array<float, 3> rgb;
-};
-constexpr std::array<NamedColor, 20> named_colors{{
-    {"red", {1, 0, 0}},        {"maroon", {.5f, 0, 0}},
-    {"lime", {0, 1, 0}},       {"green", {0, .5f, 0}},
-    {"blue", {0, 0, 1}},       {"navy", {0, 0, .5f}},
-    {"yellow", {1, 1, 0}},     {"cyan", {0, 1, 1}},
-    {"magenta", {1, 0, 1}},    {"silver", {.75f, .75f, .75f}},
-    {"gray", {.5f, .5f, .5f}}, {"orange", {1, .5f, 0}},
-    {"olive", {.5f, .5f, 0}},  {"purple", {.5f, 0, .5f}},
-    {"teal", {0, .5f, .5f}},   {"azure", {0, .5f, 1}},
-    {"violet", {.5f, 0, 1}},   {"rose", {1, 0, .5f}},
-    {"black", {0, 0, 0}},      {"white", {1, 1, 1}},
-}};
-
-}  // namespace
-
 std::vector<std::string> split_words(std::string_view instruction) {
   std::vector<std::string> words;
   std::string word;
@@ -43,7 +23,7 @@ std::vector<std::string> split_words(std::string_view instruction) {
 }
 
 std::optional<Eigen::Vector3f> color_of_word(std::string_view word) {
-  for (const NamedColor& c : named_colors)
+  for (const NamedColor& c : benchmark_colors)
     if (c.name == word) return Eigen::Vector3f(c.rgb[0], c.rgb[1], c.rgb[2]);
   return std::nullopt;
 }

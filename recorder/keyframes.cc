@@ -8,6 +8,7 @@ namespace {
 
 constexpr double still_rad_s = 0.1;  // absolute, every joint
 constexpr int frames_between_stops = 4;
+constexpr double same_action_m = 0.004, same_action_rad = 0.02;
 
 bool arm_still(const Frame& frame) {
   return std::all_of(frame.dq.begin(), frame.dq.end(), [](double dq) { return std::abs(dq) <= still_rad_s; });
@@ -37,6 +38,17 @@ std::vector<int> find_keyframes(const std::vector<Frame>& frames) {
   }
   const std::size_t n = keyframes.size();
   if (n > 1 && keyframes[n - 2] == keyframes[n - 1] - 1) keyframes.erase(keyframes.end() - 2);
+  return keyframes;
+}
+
+std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames) {
+  std::vector<int> keyframes = find_keyframes(frames);
+  if (keyframes.size() < 2) return keyframes;
+  const Frame& before = frames[keyframes[keyframes.size() - 2]];
+  const Frame& last = frames[keyframes.back()];
+  const bool same_pose = position_error_m(before.world_from_tool, last.world_from_tool) < same_action_m &&
+                         rotation_error_rad(before.world_from_tool, last.world_from_tool) < same_action_rad;
+  if (same_pose && before.gripper_open == last.gripper_open) keyframes.erase(keyframes.end() - 2);
   return keyframes;
 }
 

@@ -13,4 +13,8 @@ namespace flowscope {
 /// indices clamped at 0.
 std::vector<int> find_keyframes(const std::vector<Frame>& frames);
 
+/// The same, less one: when something fell into place after the hand had let go, the last frame only repeats
+/// the action before it, and there is nothing to learn from doing it twice.
+std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames);
+
 }  // namespace flowscope

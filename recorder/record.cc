@@ -17,8 +17,6 @@ constexpr double kPlanningGuard_s =
     30;  ///< planning normally ends by its number of tries, the same on every machine
 constexpr int kPatience_frames = 10;  ///< after the last step: a released object may still have to fall
 
-constexpr double kSameAction_m = 0.004, kSameAction_rad = 0.02;
-
 std::string now_utc() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   std::tm utc{};
@@ -167,19 +165,6 @@ class ScriptRun {
   std::stop_token stop_;
   std::vector<Frame> frames_;
 };
-
-/// The benchmark's keyframes, less one: when something fell into place after the hand had let go, the last
-/// frame only repeats the action before it, and there is nothing to learn from doing it twice.
-std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames) {
-  std::vector<int> keyframes = find_keyframes(frames);
-  if (keyframes.size() < 2) return keyframes;
-  const Frame& before = frames[keyframes[keyframes.size() - 2]];
-  const Frame& last = frames[keyframes.back()];
-  const bool same_pose = position_error_m(before.world_from_tool, last.world_from_tool) < kSameAction_m &&
-                         rotation_error_rad(before.world_from_tool, last.world_from_tool) < kSameAction_rad;
-  if (same_pose && before.gripper_open == last.gripper_open) keyframes.erase(keyframes.end() - 2);
-  return keyframes;
-}
 
 Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& observe) {
   const Episode& episode = world.episode();

@@ -4,27 +4,12 @@
 #include <set>
 #include <stdexcept>
 
+#include "recorder/colors.h"
+
 namespace flowscope {
 namespace {
 
 constexpr int kMaxVariations = 10'000;
-
-struct NamedColor {
-  const char* name;
-  std::array<float, 3> rgb;
-};
-constexpr std::array<NamedColor, 20> kColors{{
-    {"red", {1, 0, 0}},        {"maroon", {.5f, 0, 0}},
-    {"lime", {0, 1, 0}},       {"green", {0, .5f, 0}},
-    {"blue", {0, 0, 1}},       {"navy", {0, 0, .5f}},
-    {"yellow", {1, 1, 0}},     {"cyan", {0, 1, 1}},
-    {"magenta", {1, 0, 1}},    {"silver", {.75f, .75f, .75f}},
-    {"gray", {.5f, .5f, .5f}}, {"orange", {1, .5f, 0}},
-    {"olive", {.5f, .5f, 0}},  {"purple", {.5f, 0, .5f}},
-    {"teal", {0, .5f, .5f}},   {"azure", {0, .5f, 1}},
-    {"violet", {.5f, 0, 1}},   {"rose", {1, 0, .5f}},
-    {"black", {0, 0, 0}},      {"white", {1, 1, 1}},
-}};
 
 /// A list of words, or the word `colors` for all of them.
 std::vector<std::string> words(const TaskReader& reader, const TaskNode& node, const std::string& what) {
@@ -88,14 +73,14 @@ std::vector<Variables> alternatives(const TaskReader& reader, const std::string&
 const std::vector<std::string>& color_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> result;
-    for (const auto& color : kColors) result.emplace_back(color.name);
+    for (const auto& color : benchmark_colors) result.emplace_back(color.name);
     return result;
   }();
   return names;
 }
 
 std::array<float, 3> color_rgb(const std::string& name) {
-  for (const auto& color : kColors) {
+  for (const auto& color : benchmark_colors) {
     if (name == color.name) return color.rgb;
   }
   throw std::invalid_argument("no colour is called '" + name + "'");

@@ -98,10 +98,11 @@ struct ScriptRequest {
 
 struct TrainRequest {
   bool start = false;
+  bool resume = false;  ///< go on with the weights that there are; the options that shaped them stay theirs
   TrainOptions options;
-  std::optional<std::int64_t> steps;
-  std::optional<double> minutes;
-  std::vector<std::string> tasks;  ///< empty: all that have demonstrations
+  std::optional<std::int64_t> steps;  ///< from now on
+  std::optional<double> minutes;      ///< from now on
+  std::vector<std::string> tasks;     ///< empty: all that have demonstrations
 };
 
 struct TrainReport {

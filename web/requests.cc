@@ -122,6 +122,7 @@ TrainRequest train_request(const Json& body) {
   Fields fields(body);
   TrainRequest request;
   request.start = fields.one_of("action", {"start", "stop"}) == "start";
+  if (fields.has("resume")) request.resume = fields.boolean("resume");
   TrainOptions& options = request.options;
   if (fields.has("preset")) options.preset = fields.one_of("preset", {"nano", "desk", "paper"});
   if (fields.has("objective")) options.objective = fields.one_of("objective", objectives);

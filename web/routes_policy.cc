@@ -10,7 +10,7 @@ using wire::Json;
 namespace {
 
 constexpr const char* train_schema = R"({"type":"object","required":["action"],"properties":{
-  "action":{"enum":["start","stop"]},"steps":{"type":"integer","minimum":1},"minutes":{"type":"number"},
+  "action":{"enum":["start","stop"]},"resume":{"type":"boolean"},"steps":{"type":"integer","minimum":1},"minutes":{"type":"number"},
   "tasks":{"type":"array","items":{"type":"string"}},"preset":{"enum":["nano","desk","paper"]},
   "objective":{"enum":["cfm","ddim","ddpm"]},"backbone":{"enum":["mamba","transformer"]},
   "radius":{"enum":["linear","cosine","off"]},"point_encoder":{"type":["boolean","string"]},

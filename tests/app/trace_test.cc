@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -45,14 +46,30 @@ class TraceTest : public ::testing::Test {
   static std::string data() { return folder_->path().string(); }
   static std::string policy() { return (folder_->path() / "nano.flow").string(); }
 
-  static json predict(const std::string& name, std::vector<std::string> options = {},
-                      const std::string& seed = "11") {
-    const auto file = folder_->path() / (name + ".json");
+  static std::filesystem::path trace_file(const std::string& name) {
+    return folder_->path() / (name + ".json");
+  }
+  static std::vector<std::string> predict_words(const std::filesystem::path& file,
+                                                const std::vector<std::string>& options = {},
+                                                const std::string& seed = "11") {
     std::vector<std::string> words = {"predict", "--policy", policy(),      "--data", data(),
                                       "--demo",  demo_,      "--seed",      seed,     "--keyframe",
                                       "1",       "--trace",  file.string(), "--json"};
     words.insert(words.end(), options.begin(), options.end());
-    const Outcome outcome = run_command(words);
+    return words;
+  }
+  /// In a program start of its own.
+  static json predict_in_new_process(const std::string& name) {
+    const auto file = trace_file(name);
+    std::string command = FLOWSCOPE_PROGRAM;
+    for (const std::string& word : predict_words(file)) command += " '" + word + "'";
+    EXPECT_EQ(std::system((command + " > " + file.string() + ".out").c_str()), 0);
+    return read_json(file);
+  }
+  static json predict(const std::string& name, const std::vector<std::string>& options = {},
+                      const std::string& seed = "11") {
+    const auto file = trace_file(name);
+    const Outcome outcome = run_command(predict_words(file, options, seed));
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     const json written = read_json(file);
     EXPECT_EQ(json::parse(outcome.out), written) << "the file and stdout say the same";
@@ -74,6 +91,12 @@ TEST_F(TraceTest, TheSameSeedGivesTheSameNumbersBitForBit) {
   const json first = predict("first"), second = predict("second");
   EXPECT_EQ(without_time(first), without_time(second));
   EXPECT_NE(first["steps"][0]["x"], predict("other", {}, "12")["steps"][0]["x"]);
+}
+
+TEST_F(TraceTest, AnotherProgramStartGivesTheSameNumbersBitForBit) {
+  const json first = without_time(predict_in_new_process("start_1"));
+  EXPECT_EQ(first, without_time(predict_in_new_process("start_2")));
+  EXPECT_EQ(first, without_time(predict("here")));
 }
 
 TEST_F(TraceTest, EveryStepIsAnEulerStep) {

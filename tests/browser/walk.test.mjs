@@ -70,10 +70,21 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     assert.ok(Number.isFinite(Number(await text("train-loss"))), await text("train-loss"));
   });
 
+  test("training goes on from where it ended", async () => {
+    const steps = async () => Number((await text("train-step")).replace(/\D/g, ""));
+    const before = await steps();
+    await at("train-limit").fill("0.1");
+    await at("train-resume").click();
+    await until(async () => (await steps()) > before, "a step after the last one", 2 * minutes);
+    await until(() => at("train-resume").isVisible(), "the end of training", 3 * minutes);
+    assert.equal(await at("train-error").isVisible(), false, await text("train-error"));
+  });
+
   test("a prediction is stepped through, and the picture follows", async () => {
-    await at("reset").click(); // recording left the scene with its task done: nothing to predict there
-    await until(async () => (await at("success").count()) === 0, "a fresh scene");
     await at("tab-debug").click();
+    await until(() => at("debug-done").isVisible(), "word that recording left the task done");
+    await at("debug-done").locator("button").click();
+    await until(() => at("debug-done").isHidden(), "a fresh scene");
     await at("flow-steps").fill("4");
     await at("predict").click();
     await until(async () => (await text("step-readout")) === "step 4/4", "the prediction's last step", 2 * minutes);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "policy/random.h"
+#include "recorder/colors.h"
 #include "recorder/demo.h"
 
 namespace flowscope::testing {
@@ -23,18 +24,8 @@ struct ToyBox {
   Eigen::Vector3d color;
 };
 
-struct NamedColor {
-  const char* name;
-  Eigen::Vector3d rgb;
-};
-inline const std::vector<NamedColor>& toy_colors() {
-  static const std::vector<NamedColor> colors{
-      {"red", {1, 0, 0}},          {"maroon", {.5, 0, 0}}, {"lime", {0, 1, 0}},    {"green", {0, .5, 0}},
-      {"blue", {0, 0, 1}},         {"navy", {0, 0, .5}},   {"yellow", {1, 1, 0}},  {"cyan", {0, 1, 1}},
-      {"magenta", {1, 0, 1}},      {"orange", {1, .5, 0}}, {"olive", {.5, .5, 0}}, {"purple", {.5, 0, .5}},
-      {"teal", {0, .5, .5}},       {"azure", {0, .5, 1}},  {"violet", {.5, 0, 1}}, {"rose", {1, 0, .5}},
-      {"silver", {.75, .75, .75}}, {"gray", {.5, .5, .5}}, {"black", {0, 0, 0}},   {"white", {1, 1, 1}}};
-  return colors;
+inline Eigen::Vector3d rgb_of(const NamedColor& color) {
+  return Eigen::Vector3f(color.rgb[0], color.rgb[1], color.rgb[2]).cast<double>();
 }
 
 /// Distance along the ray and the normal of the first hit, or infinity.
@@ -172,14 +163,15 @@ inline Demo toy_push_buttons(std::uint64_t seed) {
   Random random(seed * 7919 + 1);
   std::vector<int> order;
   while (order.size() < 3) {
-    const int c = random.below(static_cast<int>(toy_colors().size()));
+    const int c = random.below(static_cast<int>(benchmark_colors.size()));
     if (std::find(order.begin(), order.end(), c) == order.end()) order.push_back(c);
   }
   const int pushes = 1 + random.below(3);
   std::string text;
   for (int i = 0; i < pushes; ++i)
     text += std::string(i ? ", then push the " : "push the ") +
-            toy_colors()[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])].name + " button";
+            std::string(benchmark_colors[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])].name) +
+            " button";
   const auto places = toy_places(random, 3, {0.02, -0.32}, {0.48, 0.32}, 0.15);
   std::vector<ToyBox> boxes;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -188,7 +180,7 @@ inline Demo toy_push_buttons(std::uint64_t seed) {
     boxes.push_back({places[i] + Eigen::Vector3d(0, 0, 0.026),
                      {0.025, 0.025, 0.006},
                      yaw,
-                     toy_colors()[static_cast<std::size_t>(order[i])].rgb});
+                     rgb_of(benchmark_colors[static_cast<std::size_t>(order[i])])});
   }
   ToyRecorder recorder("push_buttons", text, {{0.025, -0.353, 0.770}, {0.475, 0.352, 0.846}}, seed);
   recorder.start(boxes);
@@ -253,7 +245,7 @@ inline Demo toy_ring_on_peg(std::uint64_t seed) {
   }
   const int target = random.below(3);
   const auto color_of = [&](int i) {
-    return toy_colors()[static_cast<std::size_t>(colors[static_cast<std::size_t>(i)])];
+    return benchmark_colors[static_cast<std::size_t>(colors[static_cast<std::size_t>(i)])];
   };
   const auto boxes_at = [&](const Pose& world_from_ring) {
     std::vector<ToyBox> boxes{
@@ -262,7 +254,7 @@ inline Demo toy_ring_on_peg(std::uint64_t seed) {
       boxes.push_back({base + turn * Eigen::Vector3d(0.125 * (i - 1), 0, 0.08),
                        {0.0125, 0.0125, 0.06},
                        base_yaw,
-                       color_of(i).rgb});
+                       rgb_of(color_of(i))});
     const Eigen::Vector3d x = world_from_ring.rotation * Eigen::Vector3d::UnitX();
     const double yaw = std::atan2(x.y(), x.x());
     for (int i = 0; i < 4; ++i) {
@@ -285,7 +277,7 @@ inline Demo toy_ring_on_peg(std::uint64_t seed) {
     return Pose{tool.position, Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()))};
   };
   ToyRecorder recorder("insert_onto_square_peg",
-                       std::string("put the ring on the ") + color_of(target).name + " spoke",
+                       "put the ring on the " + std::string(color_of(target).name) + " spoke",
                        {{-0.027, -0.349, 0.753}, {0.493, 0.360, 0.969}}, seed);
   const Pose lying{ring + Eigen::Vector3d(0, 0, 0.005),
                    Eigen::Quaterniond(Eigen::AngleAxisd(ring_yaw, Eigen::Vector3d::UnitZ()))};

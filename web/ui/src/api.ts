@@ -35,7 +35,7 @@ const id_of = encodeURIComponent;
 
 export interface PredictOptions { flow_steps: number; seed: number; samples: number; radius?: string; objective?: string }
 export interface BranchOptions { step: number; position?: Vec3; radius?: number; flow_steps?: number }
-export interface TrainOptions { preset: string; minutes?: number; steps?: number; tasks?: string[] }
+export interface TrainOptions { preset?: string; resume?: boolean; minutes?: number; steps?: number; tasks?: string[] }
 export interface ExportOptions {
   kind: string; trace?: string; demo?: string; step?: number; camera?: string; width?: number; height?: number;
 }

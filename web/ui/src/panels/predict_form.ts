@@ -20,6 +20,13 @@ export function predict_form(): HTMLElement {
   const empty = h("div", { class: "empty slim", "data-testid": "debug-empty" },
     h("p", {}, "No policy yet: record demonstrations, then train."),
     h("button", { type: "button", onclick: () => open_tab((store.state.demos?.length ?? 0) > 0 ? "train" : "record") }, "Start there"));
+  const done = h("div", { class: "empty slim", "data-testid": "debug-done" },
+    h("p", {}, "The task is already done in this scene: there is nothing left to predict."),
+    h("button", { type: "button", onclick: () => void act(async () => {
+      const now = store.state.snapshot;
+      if (now) await api.reset(now.task, now.variation, now.seed);
+    }) }, "Start this scene again"));
+  store.watch((s) => [s.snapshot?.success ?? false] as const, (success) => show_if(done, success));
   store.watch((s) => [s.snapshot?.policy.loaded ?? false, s.snapshot?.policy.file ?? "", s.train?.step ?? 0] as const,
     (loaded, file, step) => {
       const usable = loaded || step > 0;
@@ -28,5 +35,5 @@ export function predict_form(): HTMLElement {
       predict.title = `predict on the scene as it is now (p)${file ? ` with ${file}` : ""}`;
     });
   return h("section", { class: "predict" },
-    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), predict), empty);
+    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), predict), empty, done);
 }

@@ -81,20 +81,23 @@ export function train_panel(): HTMLElement {
   const start = h("button", { type: "button", class: "primary", "data-testid": "train-start",
     onclick: () => void act(() => api.train_start({ preset: preset.value, minutes: read_number(limit),
       ...(tasks.chosen().length > 0 ? { tasks: tasks.chosen() } : {}) }), start) }, "Start training");
+  const resume = h("button", { type: "button", "data-testid": "train-resume", title: "train the policy in use further, with the demonstrations there are now",
+    onclick: () => void act(() => api.train_start({ resume: true, minutes: read_number(limit) }), resume) }, "Go on");
   const stop = h("button", { type: "button", "data-testid": "train-stop", onclick: () => void act(() => api.train_stop(), stop) }, "Stop");
   const failure = h("p", { class: "failure-text", role: "alert", "data-testid": "train-error" });
   const empty = h("div", { class: "empty", "data-testid": "train-empty" },
     h("p", {}, "Nothing to learn from yet."),
     h("p", { class: "quiet" }, "Record a few demonstrations first; training can go on while you record more."),
     h("button", { type: "button", onclick: () => open_tab("record") }, "Record demonstrations"));
-  const form = h("div", { class: "row wrap" }, field("preset", preset), field("stop after", limit, "min"), start, stop);
+  const form = h("div", { class: "row wrap" }, field("preset", preset), field("stop after", limit, "min"), start, resume, stop);
 
-  store.watch((s) => [s.train?.running ?? false, s.demos?.length ?? 0, s.train?.step ?? 0] as const, (running, demo_count, step) => {
+  store.watch((s) => [s.train?.running ?? false, s.demos?.length ?? 0, s.train?.step ?? 0, s.snapshot?.policy.loaded ?? false] as const, (running, demo_count, step, loaded) => {
     show_if(empty, demo_count === 0 && step === 0);
     start.disabled = running || demo_count === 0;
+    show_if(resume, loaded && !running && demo_count > 0);
     stop.disabled = !running;
     preset.disabled = limit.disabled = running;
-    set_text(start, step > 0 && !running ? "Train anew" : "Start training");
+    set_text(start, (step > 0 || loaded) && !running ? "Train anew" : "Start training");
   });
   store.watch((s) => [s.train?.error] as const, (message) => {
     show_if(failure, Boolean(message));
