@@ -45,6 +45,7 @@ int train(const TrainCall& call, const Context& context) {
   const DemoStore store(existing_data(context));
   TrainOptions options = call.options;
   options.expected_minutes = call.minutes;
+  options.expected_steps = call.steps;
   options.grounded = !call.paper_form;
   options.augment = !call.no_augment;
   options.point_encoder = call.point_encoder == "on";

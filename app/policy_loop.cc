@@ -95,7 +95,8 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
 /// A trainer without demonstrations takes the place of the one before.
 void PolicyLoop::begin(Room& room, const TrainRequest& request) {
   TrainOptions options = request.options;
-  if (request.minutes) options.expected_minutes = *request.minutes;
+  options.expected_minutes = request.minutes.value_or(0);
+  options.expected_steps = request.steps.value_or(0);
   try {
     if (request.resume && !room.loaded)
       throw ApiError(409, "no_policy", "there is no trained policy to go on with");

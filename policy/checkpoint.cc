@@ -33,6 +33,7 @@ void visit_header(Model& m, Progress& p, Field&& field) {
   field("augment", p.options.augment);
   field("seed", p.options.seed);
   field("expected_minutes", p.options.expected_minutes);
+  field("expected_steps", p.options.expected_steps);
   field("step", p.status.step);
   field("minutes", p.status.minutes);
   field("loss", p.status.loss);

@@ -74,6 +74,7 @@ class FlowRamTrainer : public Trainer {
   TrainStatus status() const override { return progress_.status; }
   void go_on_for(double minutes) override {
     progress_.options.expected_minutes = minutes > 0 ? progress_.status.minutes + minutes : 0;
+    progress_.options.expected_steps = 0;
   }
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(progress_.status.step); }
 
@@ -123,11 +124,13 @@ class FlowRamTrainer : public Trainer {
     const TrainRates& r = progress_.rates;
     const double warm =
         std::min(1.0, (static_cast<double>(progress_.status.step) + 1) / std::max(1, r.warmup_steps));
-    double fall = 1;
-    if (progress_.options.expected_minutes > 0) {
-      const double done = std::clamp(progress_.status.minutes / progress_.options.expected_minutes, 0.0, 1.0);
-      fall = 0.02 + 0.98 * 0.5 * (1 + std::cos(std::numbers::pi * done));
-    }
+    const TrainOptions& o = progress_.options;
+    double done = 0;
+    if (o.expected_minutes > 0)
+      done = progress_.status.minutes / o.expected_minutes;
+    else if (o.expected_steps > 0)
+      done = static_cast<double>(progress_.status.step) / static_cast<double>(o.expected_steps);
+    const double fall = 0.02 + 0.98 * 0.5 * (1 + std::cos(std::numbers::pi * std::clamp(done, 0.0, 1.0)));
     return r.learning_rate * warm * fall;
   }
 

@@ -1,6 +1,7 @@
 // Training that can stop after any step, take in a new demonstration, predict, and go on.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -21,6 +22,8 @@ struct TrainOptions {
   bool augment = true;   ///< rotation about z, shifts, recolouring
   std::uint64_t seed = 0;
   double expected_minutes = 0;  ///< > 0: the learning-rate schedule ends there
+  std::int64_t expected_steps =
+      0;  ///< > 0, without minutes: it ends there, and a run can be repeated exactly
 };
 
 struct Validation {

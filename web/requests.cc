@@ -139,7 +139,6 @@ TrainRequest train_request(const Json& body) {
   if (fields.has("minutes")) {
     request.minutes = fields.number("minutes");
     if (*request.minutes <= 0) fields.fail("minutes", "must be above 0");
-    options.expected_minutes = *request.minutes;
   }
   if (fields.has("tasks")) request.tasks = fields.texts("tasks");
   fields.finish();

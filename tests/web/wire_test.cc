@@ -130,7 +130,7 @@ TEST(Requests, ReadWhatTheContractNames) {
   const TrainRequest train = train_request(parse_body(
       R"({"action":"start","minutes":5,"preset":"nano","objective":"ddim","tasks":["a"],"point_encoder":"off"})"));
   EXPECT_TRUE(train.start);
-  EXPECT_EQ(train.options.expected_minutes, 5);
+  EXPECT_EQ(train.minutes, 5);
   EXPECT_FALSE(train.options.point_encoder);
 }
 
