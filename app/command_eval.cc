@@ -19,6 +19,7 @@ nlohmann::ordered_json as_json(const EvalOptions& options, const std::vector<Eva
                     {"success", row.success},
                     {"interval", {row.low, row.high}},
                     {"by_seed", row.by_seed},
+                    {"first_attempt", row.first_attempt},
                     {"position_mm", row.position_mm},
                     {"rotation_deg", row.rotation_deg},
                     {"keyframes", row.keyframes},
@@ -48,13 +49,15 @@ int eval(const EvalOptions& options, bool markdown, const Context& context) {
     print_json(as_json(options, rows, average));
     return 0;
   }
-  const char* line = markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f | %.2f |\n"
-                              : "%-28s %5.1f %%  [%.1f, %.1f]  %6.1f mm  %6.2f deg\n";
+  const char* line = markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f %% | %.1f | %.2f |\n"
+                              : "%-28s %5.1f %%  [%.1f, %.1f]  first attempt %5.1f %%  %6.1f mm  %6.2f deg\n";
   if (markdown)
-    std::printf("| task | success | 95 %% interval | position mm | rotation deg |\n|---|---|---|---|---|\n");
+    std::printf(
+        "| task | success | 95 %% interval | first attempt | position mm | rotation deg "
+        "|\n|---|---|---|---|---|---|\n");
   for (const auto& row : rows) {
-    std::printf(line, row.task.c_str(), 100 * row.success, 100 * row.low, 100 * row.high, row.position_mm,
-                row.rotation_deg);
+    std::printf(line, row.task.c_str(), 100 * row.success, 100 * row.low, 100 * row.high,
+                100 * row.first_attempt, row.position_mm, row.rotation_deg);
     for (const auto& failure : row.failures) std::fprintf(stderr, "  %s\n", failure.c_str());
   }
   return 0;

@@ -31,7 +31,7 @@ namespace {
 constexpr int most_steps = 20;  // keyframes per episode, as in the method's own evaluation
 
 struct Outcome {
-  bool success = false;
+  bool success = false, first_attempt = false;
   std::string why;
   std::vector<PoseError> errors;
 };
@@ -88,6 +88,7 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, int flow_st
       outcome.why = "step " + std::to_string(step) + ": " + to_string(moved.failure) + ": " + moved.message;
     }
     input.history.push_back(world.robot());
+    outcome.first_attempt = outcome.first_attempt || (world.success() && step < attempt);
   }
   outcome.success = world.success();
   if (!outcome.success) {
@@ -122,12 +123,13 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
   EvalRow row;
   row.task = name;
   std::vector<double> mm, deg;
-  int successes = 0;
+  int successes = 0, first_attempts = 0;
   for (int s = 0; s < options.seeds; ++s) {
     int won = 0;
     for (int e = 0; e < options.episodes; ++e) {
       const Outcome& o = outcomes[static_cast<std::size_t>(s) * options.episodes + e];
       won += o.success;
+      first_attempts += o.first_attempt;
       if (!o.success) {
         const int set = options.first_seed + s;
         row.failures.push_back("seed " + std::to_string(eval_seed(set, e)) + " variation " +
@@ -143,6 +145,7 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
   }
   const int trials = options.seeds * options.episodes;
   row.success = static_cast<double>(successes) / trials;
+  row.first_attempt = static_cast<double>(first_attempts) / trials;
   std::tie(row.low, row.high) = wilson(successes, trials);
   row.position_mm = median(mm);
   row.rotation_deg = median(deg);

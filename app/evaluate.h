@@ -23,6 +23,7 @@ struct EvalRow {
   std::string task;
   double success = 0;           ///< fraction of all episodes
   double low = 0, high = 0;     ///< 95 % Wilson interval of it
+  double first_attempt = 0;     ///< fraction done within the length of a demonstration, before starting over
   std::vector<double> by_seed;  ///< fraction per seed
   double position_mm = 0,
          rotation_deg = 0;            ///< medians against the expert's keyframes, given the expert's history

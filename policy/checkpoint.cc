@@ -33,13 +33,18 @@ void visit_header(Model& m, Progress& p, Field&& field) {
   field("augment", p.options.augment);
   field("seed", p.options.seed);
   field("expected_minutes", p.options.expected_minutes);
-  field("expected_steps", p.options.expected_steps);
   field("step", p.status.step);
   field("minutes", p.status.minutes);
   field("loss", p.status.loss);
   field("samples_per_s", p.status.samples_per_s);
   field("random_state", p.random_state);
   field("optimizer_steps", p.optimizer_steps);
+}
+
+/// What came later: a file written before has it at its default.
+template <typename Progress, typename Field>
+void visit_later(Progress& p, Field&& field) {
+  field("expected_steps", p.options.expected_steps);
 }
 
 std::vector<double> numbers_of(const Box& box) {
@@ -53,7 +58,9 @@ Box box_of(const std::vector<double>& n) {
 
 std::string header_of(const Model& model, const TrainProgress& progress) {
   Json json;
-  visit_header(model, progress, [&json](const char* name, const auto& value) { json[name] = value; });
+  const auto put = [&json](const char* name, const auto& value) { json[name] = value; };
+  visit_header(model, progress, put);
+  visit_later(progress, put);
   json["known_words"] = model.vocabulary.known();
   json["bounds"] = numbers_of(model.bounds);
   return json.dump();
@@ -124,6 +131,9 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
     Model read;
     TrainProgress progress;
     visit_header(read, progress, [&json](const char* name, auto& value) { json.at(name).get_to(value); });
+    visit_later(progress, [&json](const char* name, auto& value) {
+      if (json.contains(name)) json.at(name).get_to(value);
+    });
     require_sane(read.shape);
     progress.options.radius = read.radius.kind;
     progress.options.backbone = read.backbone;
