@@ -37,12 +37,14 @@ export function branch_form(): HTMLElement {
       await select_trace(id);
       inform(`Branched at step ${step}; the dashed curves are its parent ${trace.id}.`);
     }, branch) }, "Branch from here");
-  const job = job_view("execute-job", (over) => (over.result?.success ? "Moved there; the task succeeded." : "Moved there; the task is not done yet."));
+  let moved_to = "";
+  const job = job_view("execute-job", (over) => `Moved as ${moved_to} says; ${over.result?.success ? "the task succeeded." : "the task is not done yet."}`);
   const execute = h("button", { type: "button", class: "primary", "data-testid": "execute", title: "plan to the predicted keyframe and move the robot there",
     onclick: () => void act(async () => {
       const { trace } = store.state;
       if (!trace) return;
       const id = await api.execute(trace.id);
+      moved_to = trace.id;
       job.follow(id);
       await job_over(id);
     }, execute) }, "Execute");
@@ -60,6 +62,7 @@ export function branch_form(): HTMLElement {
     radius.value = now.region.radius.toFixed(3);
     branch.disabled = step >= trace.steps.length - 1;
   });
-  store.watch((s) => [s.trace?.id] as const, () => job.follow(null));
+  // Not with the trace: at the end of a motion the page goes to the next prediction, and the outcome must stay readable.
+  store.watch((s) => [s.snapshot?.episode] as const, () => job.follow(null));
   return element;
 }
