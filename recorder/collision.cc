@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "recorder/world.h"
+#include "render/mujoco_handles.h"
 
 namespace flowscope {
 namespace {
@@ -45,9 +46,7 @@ struct CollisionChecker::Impl {
   using GeomPair = std::pair<int, int>;
 
   explicit Impl(const World& world)
-      : model(world.model()),
-        data(mj_copyData(nullptr, model, world.data()), &mj_deleteData),
-        arm(find_arm(model)) {
+      : model(world.model()), data(mj_copyData(nullptr, model, world.data())), arm(find_arm(model)) {
     hand = model->site_bodyid[arm.tool_site];
     const int first_link = model->jnt_bodyid[arm.joint[0]];
     moves.resize(model->nbody);
@@ -117,7 +116,7 @@ struct CollisionChecker::Impl {
   }
 
   const mjModel* model;
-  std::unique_ptr<mjData, decltype(&mj_deleteData)> data;
+  DataPtr data;
   ArmIndices arm;
   int hand = 0;
   std::vector<char> moves, in_hand;  ///< per body

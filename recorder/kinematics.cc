@@ -8,6 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "render/mujoco_handles.h"
+
 namespace flowscope {
 namespace {
 
@@ -102,10 +104,6 @@ void append_solutions(const Wrist& wrist, const Vector3d& toward_elbow, const Ve
   }
 }
 
-std::unique_ptr<mjData, decltype(&mj_deleteData)> data_of(const mjModel* model) {
-  return {mj_makeData(model), &mj_deleteData};
-}
-
 Pose site_pose(const mjData* data, int site) {
   const double* p = data->site_xpos + 3 * site;
   const Matrix3d rotation =
@@ -160,7 +158,7 @@ Kinematics::Kinematics(const Pose& world_from_base, const Pose& flange_from_tool
 
 Kinematics Kinematics::from_model(const mjModel* model) {
   const ArmIndices arm = find_arm(model);
-  const auto data = data_of(model);
+  const DataPtr data(mj_makeData(model));
   JointLimits limits;
   for (std::size_t i = 0; i < 7; ++i) {
     limits.lower[i] = model->jnt_range[2 * arm.joint[i]];

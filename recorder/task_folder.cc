@@ -12,18 +12,10 @@
 #include "recorder/task_placement.h"
 #include "recorder/task_variations.h"
 #include "render/mujoco_guard.h"
+#include "render/mujoco_handles.h"
 
 namespace flowscope {
 namespace {
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
-using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
 std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

@@ -9,6 +9,7 @@
 #include "recorder/task_placement.h"
 #include "recorder/world_robot.h"
 #include "render/mujoco_guard.h"
+#include "render/mujoco_handles.h"
 
 namespace flowscope {
 namespace {
@@ -16,13 +17,6 @@ namespace {
 constexpr double kFrame = 0.05;  ///< seconds of physics in a recorded frame
 constexpr int kSettleFrames = 10;
 constexpr double kOpenThreshold = 0.95;  ///< of the full opening
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
 
 /// Sum of the engine's counters that tell that this run means nothing any more.
 int trouble(const mjData* data) {
@@ -118,8 +112,8 @@ struct World::Impl {
 
   std::shared_ptr<const Task> task;
   WorldRobot robot;
-  std::unique_ptr<mjModel, ModelDeleter> model;
-  std::unique_ptr<mjData, DataDeleter> data;
+  ModelPtr model;
+  DataPtr data;
   int steps_per_frame = 0;
   Episode episode;
   std::unique_ptr<SuccessCheck> check;

@@ -11,12 +11,10 @@
 #include <string>
 
 #include "recorder/success_overlap.h"
+#include "render/mujoco_handles.h"
 
 namespace flowscope {
 namespace {
-
-using ModelPtr = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
-using DataPtr = std::unique_ptr<mjData, decltype(&mj_deleteData)>;
 
 ModelPtr compile(const std::string& body) {
   const std::string path = testing::TempDir() + "success_scene_" + std::to_string(::getpid()) + ".xml";
@@ -25,14 +23,14 @@ ModelPtr compile(const std::string& body) {
                          "<mesh name='pyramid' vertex='0 0 0  .1 0 0  0 .1 0  0 0 .1'/></asset><worldbody>"
                       << body << "</worldbody></mujoco>";
   char error[500] = "";
-  ModelPtr model(mj_loadXML(path.c_str(), nullptr, error, sizeof error), mj_deleteModel);
+  ModelPtr model(mj_loadXML(path.c_str(), nullptr, error, sizeof error));
   std::remove(path.c_str());
   EXPECT_TRUE(model) << error;
   return model;
 }
 
 DataPtr make_data(const mjModel* model) {
-  DataPtr data(mj_makeData(model), mj_deleteData);
+  DataPtr data(mj_makeData(model));
   mj_kinematics(model, data.get());
   return data;
 }

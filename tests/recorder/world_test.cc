@@ -8,6 +8,7 @@
 
 #include "recorder/task_placement.h"
 #include "recorder/world_robot.h"
+#include "render/mujoco_handles.h"
 
 namespace flowscope {
 namespace {
@@ -35,10 +36,8 @@ class EveryTask : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(EveryTask, PlacesItsWaypointsWithinBoundsAndLeavesSpace) {
-  const auto model = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>(
-      mj_copyModel(nullptr, task_->model()), mj_deleteModel);
-  const auto data =
-      std::unique_ptr<mjData, decltype(&mj_deleteData)>(mj_makeData(model.get()), mj_deleteData);
+  const ModelPtr model(mj_copyModel(nullptr, task_->model()));
+  const DataPtr data(mj_makeData(model.get()));
   const WorldRobot robot(model.get());
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const int variation = static_cast<int>(seed) % task_->variations();
