@@ -5,6 +5,23 @@
 #include "recorder/keyframes.h"
 
 namespace flowscope {
+namespace {
+
+constexpr int falling_frames = 10;  // what the hand let go of may still have to fall, as at a script's end
+
+MotionResult let_fall(World& world, double openness, const FrameSink& sink, const std::stop_token& stop) {
+  const auto q = world.robot().q;
+  try {
+    for (int i = 0; i < falling_frames && !world.success() && !stop.stop_requested(); ++i) {
+      if (!sink(world.advance(q, openness))) break;
+    }
+  } catch (const SimulationFailed& error) {
+    return {MotionFailure::simulation, error.what()};
+  }
+  return {};
+}
+
+}  // namespace
 
 MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed,
                               const FrameSink& sink, std::stop_token stop) {
@@ -26,8 +43,10 @@ MotionResult execute_keyframe(World& world, const GripperAction& action, std::ui
   }
   const bool arrived = result || result.failure == MotionFailure::not_reached;
   if (arrived && !world.success()) {
-    const MotionResult gripper = move_gripper(world, action.openness, sink, stop);
-    if (!gripper) return gripper;
+    const bool lets_go = action.open() && world.robot().openness < 0.9;
+    MotionResult hand = move_gripper(world, action.openness, sink, stop);
+    if (hand && lets_go) hand = let_fall(world, action.openness, sink, stop);
+    if (!hand) return hand;
   }
   return result;
 }

@@ -75,7 +75,7 @@ class SimLoop {
 };
 
 /// One predicted keyframe: a straight line if that is free, else planned, else without collision checks; then
-/// the gripper.
+/// the gripper, and half a second for what it let go of.
 MotionResult execute_keyframe(World& world, const GripperAction& action, std::uint64_t seed,
                               const FrameSink& sink, std::stop_token stop = {});
 
