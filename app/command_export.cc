@@ -1,8 +1,9 @@
-// flowscope export png|mp4: figures and films of a demonstration or of a flow trace, without a server.
+// flowscope export: figures, films and clouds of a demonstration or of a flow trace, without a server.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "app/cli.h"
@@ -20,6 +21,14 @@ struct ExportCall {
   std::filesystem::path out, trace;
   std::string demo, camera = "free";
   int frame = -1, step = -1, width = 1280, height = 960;
+  double leaf_mm = 0;
+};
+
+/// What is drawn: a scene, and the trace or demonstration that it comes from.
+struct Subject {
+  SceneState state;
+  std::optional<FlowTrace> trace;
+  std::optional<Demo> demo;
 };
 
 /// A trace file holds numbers, not the world: its scene is the demonstration's at the keyframe, or a reset of
@@ -53,42 +62,59 @@ FlowTrace read_trace(const std::filesystem::path& file) {
   }
 }
 
-int export_file(const ExportCall& call, bool film, const Context& context) {
+Subject subject_of(const ExportCall& call, const TaskLibrary& tasks, const DemoStore& store) {
+  if (call.demo.empty() == call.trace.empty())
+    throw UsageError("--demo or --trace says what to draw (one of them)");
+  Subject subject;
+  if (!call.trace.empty()) {
+    subject.trace = read_trace(call.trace);
+    subject.state = scene_of(tasks, store, *subject.trace);
+    find_points_inside(tasks, subject.state, *subject.trace);
+    return subject;
+  }
+  try {
+    subject.demo = store.load(call.demo);
+  } catch (const std::out_of_range& error) {
+    throw UsageError(error.what());
+  }
+  const int last = static_cast<int>(subject.demo->frames.size()) - 1;
+  if (call.frame > last)
+    throw UsageError("--frame: the demonstration has frames 0 to " + std::to_string(last));
+  subject.state = subject.demo->frames[static_cast<std::size_t>(call.frame < 0 ? last : call.frame)].state;
+  return subject;
+}
+
+Overlay overlay_at(const std::optional<FlowTrace>& trace, int step) {
+  if (!trace) return {};
+  if (step > trace->flow_steps)
+    throw UsageError("--step: the trace has steps 0 to " + std::to_string(trace->flow_steps));
+  return overlay_of(*trace, step < 0 ? trace->flow_steps : step);
+}
+
+int export_file(const ExportCall& call, const std::string& kind, const Context& context) {
   const TaskLibrary tasks(find_assets());
   const DemoStore store(context.data);
   web::ViewSettings view;
   if (call.camera != "free") view.camera = call.camera;
   view.width = call.width;
   view.height = call.height;
-  if (call.demo.empty() == call.trace.empty())
-    throw UsageError("--demo or --trace says what to draw (one of them)");
+  const Subject what = subject_of(call, tasks, store);
   const Progress quiet = [](double) {};
-  if (!call.trace.empty()) {
-    const FlowTrace trace = read_trace(call.trace);
-    const SceneState state = scene_of(tasks, store, trace);
-    const int step = call.step < 0 ? trace.flow_steps : call.step;
-    if (step > trace.flow_steps)
-      throw UsageError("--step: the trace has steps 0 to " + std::to_string(trace.flow_steps));
-    if (film) {
-      export_trace_mp4(tasks, state, trace, view, call.out, quiet, {});
-    } else {
-      export_png(tasks, state, view, overlay_of(trace, step), call.out);
-    }
-  } else {
-    Demo demo;
+  if (kind == "png") {
+    export_png(tasks, what.state, view, overlay_at(what.trace, call.step), call.out);
+  } else if (kind == "cloud") {
     try {
-      demo = store.load(call.demo);
-    } catch (const std::out_of_range& error) {
-      throw UsageError(error.what());
+      export_cloud(tasks, what.state, call.leaf_mm / 1000, call.out);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(std::string("--out: ") + error.what());
     }
-    const int last = static_cast<int>(demo.frames.size()) - 1;
-    if (call.frame > last)
-      throw UsageError("--frame: the demonstration has frames 0 to " + std::to_string(last));
-    if (film) {
-      export_demo_mp4(tasks, demo, view, call.out, quiet, {});
-    } else {
-      export_png(tasks, demo.frames[call.frame < 0 ? last : call.frame].state, view, {}, call.out);
-    }
+  } else if (kind == "strip") {
+    if (!what.trace) throw UsageError("--trace: a strip shows the steps of a flow");
+    export_strip(tasks, what.state, *what.trace, view, call.out, {});
+  } else if (what.trace) {
+    export_trace_mp4(tasks, what.state, *what.trace, view, call.out, quiet, {});
+  } else {
+    export_demo_mp4(tasks, *what.demo, view, call.out, quiet, {});
   }
   if (context.json) {
     print_json({{"path", call.out.string()}, {"bytes", std::filesystem::file_size(call.out)}});
@@ -100,34 +126,46 @@ int export_file(const ExportCall& call, bool film, const Context& context) {
 
 void add_kind(CLI::App& parent, Context& context, const std::string& kind, const std::string& about) {
   CLI::App* command = parent.add_subcommand(kind, about);
-  const bool film = kind == "mp4";
   auto call = std::make_shared<ExportCall>();
   command->add_option("--out", call->out, "File to write")->required();
   add_data_option(*command, context);
   command->add_option("--demo", call->demo, "Demonstration id");
   command->add_option("--trace", call->trace, "Trace file written by predict or serve");
-  command->add_option("--camera", call->camera, "Point of view")
-      ->check(CLI::IsMember({"free", "front", "left_shoulder", "right_shoulder", "wrist"}))
-      ->capture_default_str();
-  if (!film) {
+  if (kind == "png" || kind == "cloud") {
     command->add_option("--frame", call->frame, "Frame of the demonstration; the last by default")
         ->check(CLI::NonNegativeNumber);
+  }
+  if (kind == "png") {
     command->add_option("--step", call->step, "Step of the trace; the last by default")
         ->check(CLI::NonNegativeNumber);
   }
-  command->add_option("--width", call->width, "Pixels")->check(CLI::Range(64, 3840))->capture_default_str();
-  command->add_option("--height", call->height, "Pixels")->check(CLI::Range(64, 2160))->capture_default_str();
+  if (kind == "cloud") {
+    command->add_option("--leaf", call->leaf_mm, "Millimetres: one point per cube of this side; 0 keeps all")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->capture_default_str();
+  } else {
+    if (kind == "strip") call->width = 480, call->height = 360;  // of each picture
+    command->add_option("--camera", call->camera, "Point of view")
+        ->check(CLI::IsMember({"free", "front", "left_shoulder", "right_shoulder", "wrist"}))
+        ->capture_default_str();
+    command->add_option("--width", call->width, "Pixels")->check(CLI::Range(64, 3840))->capture_default_str();
+    command->add_option("--height", call->height, "Pixels")
+        ->check(CLI::Range(64, 2160))
+        ->capture_default_str();
+  }
   add_json_option(*command, context);
-  set_body(*command, context, [call, film, &context] { return export_file(*call, film, context); });
+  set_body(*command, context, [call, kind, &context] { return export_file(*call, kind, context); });
 }
 
 }  // namespace
 
 void add_export_command(CLI::App& root, Context& context) {
-  CLI::App* command = root.add_subcommand("export", "Write a figure or a film");
+  CLI::App* command = root.add_subcommand("export", "Write a figure, a film or a cloud");
   command->require_subcommand(1);
   add_kind(*command, context, "png", "One picture of a demonstration or of a step of a flow");
   add_kind(*command, context, "mp4", "A demonstration, or a flow step by step, as H.264");
+  add_kind(*command, context, "strip", "All steps of a flow side by side, PNG");
+  add_kind(*command, context, "cloud", "What the cameras see as a coloured point cloud, PLY or PCD");
 }
 
 }  // namespace flowscope::app

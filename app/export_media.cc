@@ -1,12 +1,22 @@
 #include "app/export_media.h"
 
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
 #include "app/render_loop.h"
 #include "app/trace_overlay.h"
+#include "render/cloud.h"
 #include "render/encode.h"
+#include "render/strip.h"
 
 namespace flowscope {
 
 namespace {
+
+constexpr int strip_columns = 5;
+const Box workspace{{-0.3, -0.5, 0.6}, {0.7, 0.5, 1.6}};  // the benchmark's
+
 RendererOptions options_for(const web::ViewSettings& view) {
   RendererOptions options;
   options.max_width = view.width;
@@ -19,6 +29,19 @@ RendererOptions options_for(const web::ViewSettings& view) {
 void stop_if_asked(const std::stop_token& stop) {
   if (stop.stop_requested()) throw web::ApiError(409, "cancelled", "the export was cancelled");
 }
+
+PointCloud cloud_of(const TaskLibrary& tasks, const SceneState& state) {
+  Renderer renderer(tasks.get(state.scene)->model(), state.scene);
+  return to_point_cloud(renderer.observe_all(state, observation_cameras(), observation_size), workspace);
+}
+
+std::string caption_of(const FlowStep& step) {
+  char text[80];
+  std::snprintf(text, sizeof text, "t = %.2f   r = %.3f m   %d points", step.t, step.region.radius_m,
+                step.region.points);
+  return text;
+}
+
 }  // namespace
 
 void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
@@ -57,6 +80,39 @@ void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::View
     progress(double(i + 1) / demo.frames.size());
   }
   film.finish();
+}
+
+void export_strip(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
+                  const web::ViewSettings& view, const std::filesystem::path& file, std::stop_token stop) {
+  Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
+  const CameraModel camera = view_camera(renderer, state, view);
+  std::vector<StripPanel> panels;
+  for (std::size_t k = 0; k < trace.steps.size(); ++k) {
+    stop_if_asked(stop);
+    panels.push_back(
+        {renderer.draw(state, camera, overlay_of(trace, static_cast<int>(k))), caption_of(trace.steps[k])});
+  }
+  StripStyle style;
+  style.height = view.height;
+  style.columns = std::min(static_cast<int>(panels.size()), strip_columns);
+  write_png(file, compose_strip(panels, style));
+}
+
+void find_points_inside(const TaskLibrary& tasks, const SceneState& state, FlowTrace& trace) {
+  const PointCloud cloud = voxel_grid(cloud_of(tasks, state), 0.01);
+  for (FlowStep& step : trace.steps) {
+    const Eigen::Vector3f center = step.region.center.cast<float>();
+    const auto radius = static_cast<float>(step.region.radius_m);
+    step.region.inside.clear();
+    std::ranges::copy_if(cloud.position, std::back_inserter(step.region.inside),
+                         [&](const auto& p) { return (p - center).norm() <= radius; });
+  }
+}
+
+void export_cloud(const TaskLibrary& tasks, const SceneState& state, double leaf_m,
+                  const std::filesystem::path& file) {
+  const PointCloud all = cloud_of(tasks, state);
+  write_cloud(file, leaf_m > 0 ? voxel_grid(all, leaf_m) : all);
 }
 
 }  // namespace flowscope

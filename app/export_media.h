@@ -29,4 +29,15 @@ void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const F
 void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::ViewSettings& view,
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop);
 
+/// All steps of the flow side by side, as papers show them; `view` is the size of each picture.
+void export_strip(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
+                  const web::ViewSettings& view, const std::filesystem::path& file, std::stop_token stop);
+/// A trace file says how many points lie in each region, not which: finds them again in its scene, one per
+/// centimetre, to draw.
+void find_points_inside(const TaskLibrary& tasks, const SceneState& state, FlowTrace& trace);
+/// What the four cameras see as a coloured cloud in the world frame, PLY or PCD by the file's ending; with
+/// `leaf_m` > 0 one point per cube of that side. Throws std::invalid_argument for another ending.
+void export_cloud(const TaskLibrary& tasks, const SceneState& state, double leaf_m,
+                  const std::filesystem::path& file);
+
 }  // namespace flowscope

@@ -1,6 +1,7 @@
 // Studio: scripts, execution, exports, demonstrations, pictures.
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "app/export_media.h"
@@ -106,9 +107,10 @@ std::string Studio::execute_trace(const std::string& id) {
 }
 
 std::string Studio::export_media(const web::ExportRequest& request) {
-  if (request.kind != "png" && request.kind != "mp4") {
-    throw ApiError(400, "bad_kind", "kind is png or mp4", "kind");
-  }
+  const std::map<std::string, std::string> endings{
+      {"png", ".png"}, {"mp4", ".mp4"}, {"strip", ".png"}, {"cloud", ".ply"}};
+  const auto ending = endings.find(request.kind);
+  if (ending == endings.end()) throw ApiError(400, "bad_kind", "kind is png, mp4, strip or cloud", "kind");
   ViewSettings view = render_.view("main");
   if (!request.camera.empty())
     view.camera = request.camera == "free" ? std::nullopt : std::optional(request.camera);
@@ -132,20 +134,30 @@ std::string Studio::export_media(const web::ExportRequest& request) {
   } else if (request.kind == "mp4" && !stored) {
     throw ApiError(400, "nothing_to_film", "an MP4 needs a trace or a demo", "trace");
   }
+  if (request.kind == "strip" && !stored)
+    throw ApiError(400, "nothing_to_show", "a strip shows the steps of a trace", "trace");
+  if (request.kind == "strip")
+    view.width = std::min(view.width, 640), view.height = std::min(view.height, 480);
   const std::string subject = !request.demo.empty() ? request.demo : stored ? stored->trace.id : "scene";
   const std::string name =
-      utc_now().substr(0, 10) + "-" + subject + "-" + std::to_string(next_export_++) + "." + request.kind;
+      utc_now().substr(0, 10) + "-" + subject + "-" + std::to_string(next_export_++) + ending->second;
   const auto path = options_.data / "exports" / name;
   return jobs_.start("export", [=, this](JobBoard::Handle& handle) {
     handle.update([&](JobStatus& s) { s.message = "drawing " + name; });
     auto progress = [&](double done) { handle.update([&](JobStatus& s) { s.progress = done; }); };
+    const auto still = [&] {
+      if (stored) return stored->state;
+      return request.demo.empty() ? scene()->state : demos_.load(request.demo).frames.back().state;
+    };
     if (request.kind == "png" && stored) {
-      export_png(tasks_, stored->state, view,
+      export_png(tasks_, still(), view,
                  overlay_of(stored->trace, request.step.value_or(stored->trace.flow_steps)), path);
-    } else if (request.kind == "png" && request.demo.empty()) {
-      export_png(tasks_, scene()->state, view, render_.overlay(), path);
     } else if (request.kind == "png") {
-      export_png(tasks_, demos_.load(request.demo).frames.back().state, view, {}, path);
+      export_png(tasks_, still(), view, request.demo.empty() ? render_.overlay() : Overlay{}, path);
+    } else if (request.kind == "strip") {
+      export_strip(tasks_, still(), stored->trace, view, path, handle.stop());
+    } else if (request.kind == "cloud") {
+      export_cloud(tasks_, still(), 0, path);
     } else if (stored) {
       export_trace_mp4(tasks_, stored->state, stored->trace, view, path, progress, handle.stop());
     } else {

@@ -2,6 +2,7 @@
 // come again.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -160,6 +161,34 @@ TEST_F(TraceTest, MoreSamplesAreMoreTraces) {
   ASSERT_EQ(traces.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(traces[i]["seed"], 11 + i);
   EXPECT_EQ(without_time(traces[0]), without_time(predict("one")));
+}
+
+TEST_F(TraceTest, ATraceFileBecomesAStripAndItsDemonstrationACloud) {
+  predict("drawn");
+  const auto strip = folder_->path() / "strip.png", cloud = folder_->path() / "cloud.ply";
+  const Outcome drawn = run_command({"export", "strip", "--data", data(), "--trace",
+                                     trace_file("drawn").string(), "--out", strip.string()});
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  std::ifstream png(strip, std::ios::binary);
+  std::array<unsigned char, 24> header{};
+  png.read(reinterpret_cast<char*>(header.data()), header.size());
+  EXPECT_GT(header[18] << 8 | header[19], 5 * 480) << "five pictures side by side";
+
+  const Outcome seen =
+      run_command({"export", "cloud", "--data", data(), "--demo", demo_, "--out", cloud.string()});
+  ASSERT_EQ(seen.code, 0) << seen.err;
+  std::string word;
+  std::ifstream ply(cloud, std::ios::binary);
+  while (ply >> word && word != "vertex") {
+  }
+  int points = 0;
+  ply >> points;
+  EXPECT_GT(points, 10'000) << "four views of 128 x 128";
+
+  const Outcome unknown = run_command(
+      {"export", "cloud", "--data", data(), "--demo", demo_, "--out", (folder_->path() / "c.doc").string()});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_TRUE(contains(unknown.err, "c.doc") && contains(unknown.err, ".ply")) << unknown.err;
 }
 
 TEST_F(TraceTest, AHalvedPolicyIsRefusedByName) {

@@ -128,6 +128,12 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     const href = await at("export-link").getAttribute("href");
     const bytes = await page.evaluate(async (url) => (await (await fetch(url)).arrayBuffer()).byteLength, href);
     assert.ok(bytes > 20_000, `a picture of ${bytes} bytes shows nothing`);
+    await at("export-strip").click();
+    await until(async () => (await at("export-image").count()) && (await at("export-image").evaluate((i) => i.naturalWidth > 2000)),
+      "all steps side by side", 2 * minutes);
+    await at("export-cloud").click();
+    await until(async () => (await at("export-link").count()) && (await at("export-link").getAttribute("href")).includes(".ply"),
+      "the cloud", 2 * minutes);
     await at("export-mp4").click();
     const video = at("export-video");
     await until(async () => (await video.count()) === 1 && (await video.evaluate((v) => v.currentTime > 0.2 && v.videoWidth === 640)),

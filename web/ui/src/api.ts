@@ -37,7 +37,7 @@ export interface PredictOptions { flow_steps: number; seed: number; samples: num
 export interface BranchOptions { step: number; position?: Vec3; radius?: number; flow_steps?: number }
 export interface TrainOptions { preset?: string; resume?: boolean; minutes?: number; steps?: number; tasks?: string[] }
 export interface ExportOptions {
-  kind: string; trace?: string; demo?: string; step?: number; camera?: string; width?: number; height?: number;
+  kind: "png" | "mp4" | "strip" | "cloud"; trace?: string; demo?: string; step?: number; camera?: string; width?: number; height?: number;
 }
 export interface CameraDrag { action: "rotate" | "pan" | "zoom"; dx: number; dy: number }
 export interface Health { status: "loading" | "ready"; message?: string }

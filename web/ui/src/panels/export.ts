@@ -7,6 +7,7 @@ import { store } from "../store";
 import type { Job } from "../types";
 
 type Source = "view" | "trace" | "demo";
+type Kind = ExportOptions["kind"];
 
 function film(url: string): HTMLVideoElement {
   const video = h("video", { class: "preview", controls: true, autoplay: true, loop: true, playsinline: true, "data-testid": "export-video" });
@@ -19,7 +20,7 @@ function finished(job: Job): Node | string {
   const url = job.result?.url;
   if (!url) return "Done.";
   const name = url.split("/").pop() ?? "file";
-  const preview = url.includes(".mp4")
+  const preview = url.includes(".ply") ? null : url.includes(".mp4")
     ? film(url)
     : h("img", { class: "preview", src: url, alt: "the exported picture", "data-testid": "export-image" });
   return h("div", { class: "export-result" }, preview,
@@ -37,7 +38,7 @@ export function export_panel(): HTMLElement {
   const demo_field = field("demonstration", demo);
   const job = job_view("export-job", finished);
 
-  const request = (kind: "png" | "mp4"): ExportOptions => {
+  const request = (kind: Kind): ExportOptions => {
     const { trace, step } = store.state;
     const what = source.value as Source;
     return {
@@ -47,13 +48,16 @@ export function export_panel(): HTMLElement {
       ...(what === "demo" ? { demo: demo.value } : {}),
     };
   };
-  const start = (kind: "png" | "mp4", button: HTMLButtonElement) => act(async () => {
+  const start = (kind: Kind, button: HTMLButtonElement) => act(async () => {
     const id = await api.export_media(request(kind));
     job.follow(id);
     await job_over(id);
   }, button);
   const png = h("button", { type: "button", class: "primary", "data-testid": "export-png", onclick: () => void start("png", png) }, "Picture (PNG)");
   const mp4 = h("button", { type: "button", class: "primary", "data-testid": "export-mp4", onclick: () => void start("mp4", mp4) }, "Film (MP4)");
+
+  const strip = h("button", { type: "button", "data-testid": "export-strip", onclick: () => void start("strip", strip) }, "Strip (PNG)");
+  const cloud = h("button", { type: "button", "data-testid": "export-cloud", onclick: () => void start("cloud", cloud) }, "Cloud (PLY)");
 
   const draw = () => {
     const { trace, demos, step } = store.state;
@@ -69,9 +73,10 @@ export function export_panel(): HTMLElement {
     demo_field.hidden = chosen !== "demo";
     png.disabled = chosen === "demo";
     mp4.disabled = chosen === "view";
+    strip.disabled = chosen !== "trace";
     set_text(about, {
       view: "A picture of the scene as the camera sees it now, without a trace. A film needs a trace or a demonstration.",
-      trace: `Picture: step ${step} with everything drawn in it. Film: all steps from noise to action.`,
+      trace: `Picture: step ${step} with everything drawn in it. Film: all steps from noise to action. Strip: all of them side by side.`,
       demo: "A film of the whole demonstration.",
     }[chosen as Source]);
   };
@@ -90,5 +95,5 @@ export function export_panel(): HTMLElement {
   return h("div", { class: "panel export-panel" }, h("h2", {}, "Export"),
     h("div", { class: "row wrap" }, field("what", source), demo_field),
     h("div", { class: "row wrap" }, field("camera", camera), field("width", width, "px"), field("height", height, "px")),
-    about, h("div", { class: "row" }, png, mp4), result);
+    about, h("div", { class: "row" }, png, mp4, strip, cloud), result);
 }
