@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "recorder/world.h"
-#include "render/mujoco_handles.h"
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "render/mujoco_handles.h"
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {

@@ -12,7 +12,7 @@
 #include "recorder/task_placement.h"
 #include "recorder/task_variations.h"
 #include "render/mujoco_guard.h"
-#include "render/mujoco_handles.h"
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {

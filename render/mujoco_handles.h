@@ -1,20 +1,11 @@
-// Owners for MuJoCo's C objects. For sources only: public headers stay free of MuJoCo.
+// Owners for MuJoCo's drawing objects. For sources only: public headers stay free of MuJoCo.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
-#include <memory>
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
-using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
 /// Geoms, lights and camera of one picture. Neither copied nor moved: it is 20 kB of arrays.
 struct VisualScene {

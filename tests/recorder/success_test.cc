@@ -11,7 +11,7 @@
 #include <string>
 
 #include "recorder/success_overlap.h"
-#include "render/mujoco_handles.h"
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {

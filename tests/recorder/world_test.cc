@@ -8,7 +8,7 @@
 
 #include "recorder/task_placement.h"
 #include "recorder/world_robot.h"
-#include "render/mujoco_handles.h"
+#include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {
