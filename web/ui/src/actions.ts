@@ -49,12 +49,14 @@ function newest_first(traces: TraceEntry[]): TraceEntry[] {
   return [...traces].sort((a, b) => b.created.localeCompare(a.created) || b.id.localeCompare(a.id));
 }
 
-/// After every (re)connection: what events do not carry.
+/// After every (re)connection: what events do not carry. A state that an event brought meanwhile is newer than the answer.
 export async function load_everything(): Promise<void> {
-  const [snapshot, tasks, train] = await Promise.all([api.state(), api.tasks(), api.train()]);
+  const before = store.state.snapshot;
+  const [answer, tasks, train] = await Promise.all([api.state(), api.tasks(), api.train()]);
+  const snapshot = store.state.snapshot === before ? answer : store.state.snapshot;
   store.set({ snapshot, tasks, train });
   await Promise.all([refresh_demos(), refresh_traces()]);
-  const shown = snapshot.shown;
+  const shown = snapshot?.shown;
   if (shown && !store.state.trace) await select_trace(shown.trace, shown.step);
 }
 
