@@ -103,11 +103,7 @@ int export_file(const ExportCall& call, const std::string& kind, const Context& 
   if (kind == "png") {
     export_png(tasks, what.state, view, overlay_at(what.trace, call.step), call.out);
   } else if (kind == "cloud") {
-    try {
-      export_cloud(tasks, what.state, call.leaf_mm / 1000, call.out);
-    } catch (const std::invalid_argument& error) {
-      throw UsageError(std::string("--out: ") + error.what());
-    }
+    export_cloud(tasks, what.state, call.leaf_mm / 1000, call.out);
   } else if (kind == "strip") {
     if (!what.trace) throw UsageError("--trace: a strip shows the steps of a flow");
     export_strip(tasks, what.state, *what.trace, view, call.out, {});
@@ -154,7 +150,14 @@ void add_kind(CLI::App& parent, Context& context, const std::string& kind, const
         ->capture_default_str();
   }
   add_json_option(*command, context);
-  set_body(*command, context, [call, kind, &context] { return export_file(*call, kind, context); });
+  set_body(*command, context, [call, kind, &context] {
+    try {
+      return export_file(*call, kind, context);
+    } catch (
+        const std::invalid_argument& error) {  // an ending that no writer knows, a strip that is too large
+      throw UsageError(error.what());
+    }
+  });
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, int flow_st
       outcome.why = "step " + std::to_string(step) + ": " + to_string(moved.failure) + ": " + moved.message;
     }
     input.history.push_back(world.robot());
-    outcome.first_attempt = outcome.first_attempt || (world.success() && step < attempt);
+    outcome.first_attempt = world.success() && step < attempt;
   }
   outcome.success = world.success();
   if (!outcome.success) {

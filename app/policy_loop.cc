@@ -74,10 +74,8 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
     if (!any)
       throw ApiError(409, "no_demonstrations",
                      "there is nothing to learn from yet: record demonstrations first");
-    if (!request.resume || !room.trainer) {
-      begin(room, request);
-      for (const auto& demo : demos) add_demo(room, demo.id);
-    }
+    begin(room, request);
+    for (const auto& demo : demos) add_demo(room, demo.id);
     const TrainStatus now = room.trainer->status();
     if (request.resume) room.trainer->go_on_for(request.minutes.value_or(0));
     room.until_step = request.steps ? now.step + *request.steps : 0;
@@ -98,16 +96,24 @@ void PolicyLoop::begin(Room& room, const TrainRequest& request) {
   options.expected_minutes = request.minutes.value_or(0);
   options.expected_steps = request.steps.value_or(0);
   try {
-    if (request.resume && !room.loaded)
+    if (!request.resume) {
+      room.trainer = Trainer::create(options);
+      room.report = {};
+    } else if (room.trainer && room.trainer->status().step > 0) {
+      room.trainer->save(
+          file_);  // what could not be saved at the end of the last training is not lost either
+      room.trainer = Trainer::resume(file_);
+    } else if (room.loaded) {
+      room.trainer = Trainer::resume(room.file);
+    } else {
       throw ApiError(409, "no_policy", "there is no trained policy to go on with");
-    room.trainer = request.resume ? Trainer::resume(room.file) : Trainer::create(options);
+    }
   } catch (const std::invalid_argument& error) {
     throw ApiError(400, "bad_option", error.what());
   } catch (const BadCheckpoint& error) {
     throw ApiError(409, "bad_policy", error.what());
   }
   room.tasks = request.tasks;
-  room.report = {};
   room.position.clear();
 }
 

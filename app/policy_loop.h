@@ -34,6 +34,7 @@ class PolicyLoop {
   /// nothing to learn from, or nothing to go on with.
   std::future<web::TrainReport> start(web::TrainRequest request);
   std::future<web::TrainReport> stop();
+  const std::filesystem::path& file() const { return file_; }
   web::TrainReport report() const;
 
   /// A demonstration was saved or removed: the next batch knows it.

@@ -39,7 +39,7 @@ Studio::Studio(const StudioOptions& options)
 
 /// The one asked for, else the one that was trained here before; only the first is worth not starting for.
 void Studio::open_policy() {
-  const auto trained_here = options_.data / "policies" / "live.flow";
+  const auto& trained_here = policy_.file();
   if (!options_.policy.empty()) {
     policy_.load(options_.policy).get();
   } else if (std::filesystem::exists(trained_here)) {

@@ -46,6 +46,7 @@ TEST_F(PolicyLoopTest, GoesOnAfterTheEndAndAfterAnotherProgramStart) {
     PolicyLoop loop(*store_, file_, [](const web::TrainReport&) {});
     EXPECT_EQ(train(loop, request(3, false)), 3);
     EXPECT_EQ(train(loop, request(2, true)), 5);
+    EXPECT_EQ(loop.report().status.demos, 1) << "known again, and once";
     EXPECT_EQ(loop.report().loss_history.size(), 5u);
   }
   PolicyLoop later(*store_, file_, [](const web::TrainReport&) {});

@@ -82,7 +82,8 @@ export function train_panel(): HTMLElement {
     onclick: () => void act(() => api.train_start({ preset: preset.value, minutes: read_number(limit),
       ...(tasks.chosen().length > 0 ? { tasks: tasks.chosen() } : {}) }), start) }, "Start training");
   const resume = h("button", { type: "button", "data-testid": "train-resume", title: "train the policy in use further, with the demonstrations there are now",
-    onclick: () => void act(() => api.train_start({ resume: true, minutes: read_number(limit) }), resume) }, "Go on");
+    onclick: () => void act(() => api.train_start({ resume: true, minutes: read_number(limit),
+      ...(tasks.chosen().length > 0 ? { tasks: tasks.chosen() } : {}) }), resume) }, "Go on");
   const stop = h("button", { type: "button", "data-testid": "train-stop", onclick: () => void act(() => api.train_stop(), stop) }, "Stop");
   const failure = h("p", { class: "failure-text", role: "alert", "data-testid": "train-error" });
   const empty = h("div", { class: "empty", "data-testid": "train-empty" },
