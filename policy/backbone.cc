@@ -24,12 +24,30 @@ class MambaStack : public BackboneImpl {
     for (MambaBlock& block : blocks_) y = block->forward(y, condition);
     return y;
   }
+  torch::Tensor forward_from(BackboneState& state, const torch::Tensor& x,
+                             const torch::Tensor& condition) override {
+    state.resize(blocks_.size());
+    torch::Tensor y = x;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      MambaState block{state[i].first, state[i].second};
+      y = blocks_[i]->forward_from(block, y, condition);
+      state[i] = {block.conv_tail, block.h};
+    }
+    return y;
+  }
 
  private:
   std::vector<MambaBlock> blocks_;
 };
 
 }  // namespace
+
+BackboneState repeat_rows(const BackboneState& state, std::int64_t draws) {
+  BackboneState out;
+  for (const auto& [a, b] : state)
+    out.emplace_back(a.repeat_interleave(draws, 0), b.repeat_interleave(draws, 0));
+  return out;
+}
 
 Backbone make_backbone(const std::string& kind, const BackboneOptions& options) {
   if (kind == "mamba") return std::make_shared<MambaStack>(options);

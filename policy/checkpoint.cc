@@ -42,9 +42,11 @@ void visit_header(Model& m, Progress& p, Field&& field) {
 }
 
 /// What came later: a file written before has it at its default.
-template <typename Progress, typename Field>
-void visit_later(Progress& p, Field&& field) {
+template <typename Model, typename Progress, typename Field>
+void visit_later(Model& m, Progress& p, Field&& field) {
   field("expected_steps", p.options.expected_steps);
+  visit_later_shape(m.shape, field);
+  visit_later_rates(p.rates, field);
 }
 
 std::vector<double> numbers_of(const Box& box) {
@@ -60,7 +62,7 @@ std::string header_of(const Model& model, const TrainProgress& progress) {
   Json json;
   const auto put = [&json](const char* name, const auto& value) { json[name] = value; };
   visit_header(model, progress, put);
-  visit_later(progress, put);
+  visit_later(model, progress, put);
   json["known_words"] = model.vocabulary.known();
   json["bounds"] = numbers_of(model.bounds);
   return json.dump();
@@ -79,6 +81,8 @@ void require_sane(const NetworkShape& s) {
   within("vocabulary", s.vocabulary, 4, 65536);
   within("image_tokens", s.image_tokens, 1, 65536);
   within("region_points", s.region_points, 1, 65536);
+  within("point_groups", s.point_groups, 0, s.region_points);
+  within("group_size", s.group_size, 1, 1024);
   within("scene_points", s.scene_points, 1, 1 << 20);
   if (!(s.voxel_m >= 1e-4)) throw std::invalid_argument("voxel_m is out of range");
 }
@@ -131,7 +135,7 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
     Model read;
     TrainProgress progress;
     visit_header(read, progress, [&json](const char* name, auto& value) { json.at(name).get_to(value); });
-    visit_later(progress, [&json](const char* name, auto& value) {
+    visit_later(read, progress, [&json](const char* name, auto& value) {
       if (json.contains(name)) json.at(name).get_to(value);
     });
     require_sane(read.shape);

@@ -42,7 +42,9 @@ std::map<std::string, Setter> keys_of(Preset& preset) {
   std::map<std::string, Setter> keys;
   const auto field = [&keys](const char* name, auto& target) { keys[name] = into(target); };
   visit_shape(preset.shape, field);
+  visit_later_shape(preset.shape, field);
   visit_rates(preset.rates, field);
+  visit_later_rates(preset.rates, field);
   visit_radius(preset.radius, field);
   return keys;
 }

@@ -26,6 +26,13 @@ struct NetworkShape {
   bool point_encoder = true;
   bool paper_order =
       false;  ///< one sequence [geometry, image, text, history, action] instead of the cached prefix
+  bool stored_state = false;  ///< the cached prefix goes through every block, and each flow step runs on from
+                              ///< its state; else only its history tokens stand before the geometry
+  bool binding = true;   ///< every point token sees how well it matches each word before anything is pooled
+  int point_groups = 0;  ///< PointMamba: groups of the point encoder; 0: it scans the points themselves
+  int group_size = 16;   ///< points per group
+  std::string image_branch = "patches";  ///< patches: learnt here; clip: frozen ResNet-50 with a pyramid
+  std::string text_branch = "words";     ///< words: learnt here; clip: its text transformer
   bool operator==(const NetworkShape&) const = default;
 };
 
@@ -37,6 +44,7 @@ struct TrainRates {
   double ema = 0.998;
   double rotation_deg = 180;  ///< augmentation: about world z, uniform in +- this
   double shift_m = 0.10, lift_m = 0.03, jitter_m = 0.001;
+  std::string times = "logit_normal";      ///< training times of flow matching: logit_normal, uniform, beta
   double shuffle = 0.7, shuffle_m = 0.25;  ///< how often things on the table are moved about, and how far
   bool operator==(const TrainRates&) const = default;
 };

@@ -25,6 +25,24 @@ void visit_shape(Shape& s, Visitor&& field) {
   field("paper_order", s.paper_order);
 }
 
+/// Fields that older checkpoints do not have: they keep their defaults there.
+template <typename Shape, typename Visitor>
+void visit_later_shape(Shape& s, Visitor&& field) {
+  field("stored_state", s.stored_state);
+  field("binding", s.binding);
+  field("point_groups", s.point_groups);
+  field("group_size", s.group_size);
+  field("image_branch", s.image_branch);
+  field("text_branch", s.text_branch);
+}
+
+template <typename Rates, typename Visitor>
+void visit_later_rates(Rates& r, Visitor&& field) {
+  field("times", r.times);
+  field("shuffle", r.shuffle);
+  field("shuffle_m", r.shuffle_m);
+}
+
 template <typename Rates, typename Visitor>
 void visit_rates(Rates& r, Visitor&& field) {
   field("scenes", r.scenes);
