@@ -19,8 +19,9 @@ torch::Tensor quarter_turn(const torch::Tensor& v) {
   return torch::stack({-v.select(-1, 1), v.select(-1, 0), torch::zeros_like(v.select(-1, 0))}, -1);
 }
 
-torch::Tensor as_tensor(const Eigen::Vector3d& v) {
-  return torch::tensor({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
+torch::Tensor as_tensor(const Eigen::Vector3d& v, const torch::Tensor& like) {
+  return torch::tensor({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())})
+      .to(like.device());
 }
 
 }  // namespace
@@ -82,7 +83,8 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
   const torch::Tensor vectors = combined + constants;  // [B, 3, 3]: offset, rotation column 1, column 2
 
   const torch::Tensor position = base + offset_unit_m * vectors.select(1, 0);
-  const torch::Tensor normalised = (position - as_tensor(scale.center)) / as_tensor(scale.half);
+  const torch::Tensor normalised =
+      (position - as_tensor(scale.center, position)) / as_tensor(scale.half, position);
   return {torch::cat({normalised, vectors.select(1, 1), vectors.select(1, 2)}, -1),
           torch::bmm(mix, weights).squeeze(1)};
 }

@@ -34,8 +34,8 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
   patch_ = register_module("patch", mlp(patch_values, c));
   pose_ = register_module("pose", mlp(9, c));
   instruction_ = register_module("instruction", mlp(c, c));
-  image_tokens_ = register_module("image_tokens", PointTokens(point_features, c));
-  region_tokens_ = register_module("region_tokens", PointTokens(region_features, c));
+  image_tokens_ = register_module("image_tokens", PointTokens(point_features, c, shape.binding));
+  region_tokens_ = register_module("region_tokens", PointTokens(region_features, c, shape.binding));
   const auto stack = [&](const char* name, int blocks, int condition_dim) {
     return register_module(name, make_backbone(backbone, {.channels = c,
                                                           .d_state = shape.d_state,
@@ -59,7 +59,7 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
 
 torch::Tensor FlowRamNetworkImpl::time_embedding(const torch::Tensor& t) {
   const torch::Tensor frequency =
-      torch::exp(torch::arange(time_features, torch::kFloat32) * (std::log(200.0) / (time_features - 1)));
+      torch::exp(torch::arange(time_features, t.options()) * (std::log(200.0) / (time_features - 1)));
   const torch::Tensor phase = t.unsqueeze(1) * frequency.unsqueeze(0);
   return time_->forward(torch::cat({phase.sin(), phase.cos()}, -1));
 }
@@ -85,16 +85,8 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
                                           is_word, mention, patch_->forward(s.patches));
   m.image_raw = image.token;
   m.image_mismatch = image.mismatch;
-  const torch::Tensor history = history_->forward(s.history) + keyframe.unsqueeze(1);
-  if (shape_.paper_order) {
-    m.image = m.image_raw;
-    m.history = history;
-  } else {
-    const std::int64_t words = m.words.size(1), tokens = m.image_raw.size(1);
-    const torch::Tensor fused = prefix_->forward(torch::cat({m.words, m.image_raw, history}, 1));
-    m.image = fused.narrow(1, words, tokens);
-    m.history = fused.narrow(1, words + tokens, history_length);
-  }
+  m.history_raw = history_->forward(s.history) + keyframe.unsqueeze(1);
+  run_prefix(m);
   m.image_position = s.image_position;
   m.image_moments = s.image_moments;
   m.history_position = s.history_position;
@@ -103,9 +95,54 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   return m;
 }
 
-NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch& d,
+void FlowRamNetworkImpl::run_prefix(SceneMemory& m) {
+  m.image = m.image_raw;
+  m.history = m.history_raw;
+  if (shape_.paper_order) return;
+  const std::int64_t words = m.words.size(1), tokens = m.image_raw.size(1);
+  torch::Tensor all = prefix_->forward(torch::cat({m.words, m.image_raw, m.history_raw}, 1));
+  if (shape_.stored_state) {
+    m.fusion_state.clear();
+    m.velocity_state.clear();
+    all = fusion_->forward_from(m.fusion_state, all);
+    // No time in the condition of what must not change with it.
+    all = velocity_->forward_from(m.velocity_state, all, m.condition);
+  }
+  m.image = all.narrow(1, words, tokens);
+  m.history = all.narrow(1, words + tokens, history_length);
+}
+
+FlowRamNetworkImpl::Fused FlowRamNetworkImpl::fuse(const SceneMemory& m, const torch::Tensor& region,
+                                                   const torch::Tensor& pose, const torch::Tensor& condition,
+                                                   std::int64_t draws) {
+  const std::int64_t n = region.size(1);
+  const torch::Tensor image = per_draw(m.image, draws), history = per_draw(m.history, draws);
+  if (shape_.paper_order) {
+    const std::int64_t tokens = image.size(1), words = m.words.size(1);
+    torch::Tensor all = torch::cat({region, image, per_draw(m.words, draws), history, pose}, 1);
+    all = velocity_->forward(fusion_->forward(prefix_->forward(all)), condition);
+    const std::int64_t past = n + tokens + words;
+    return {all.narrow(1, 0, n), all.narrow(1, n, tokens), all.narrow(1, past, history_length),
+            all.select(1, past + history_length)};
+  }
+  if (shape_.stored_state) {
+    BackboneState fusion = repeat_rows(m.fusion_state, draws),
+                  velocity = repeat_rows(m.velocity_state, draws);
+    const torch::Tensor fused = fusion_->forward_from(fusion, torch::cat({region, pose}, 1));
+    const torch::Tensor all = velocity_->forward_from(velocity, fused, condition);
+    return {all.narrow(1, 0, n), image, history, all.select(1, n)};
+  }
+  const torch::Tensor all =
+      velocity_->forward(fusion_->forward(torch::cat({history, region, pose}, 1)), condition);
+  return {all.narrow(1, history_length, n), image, all.narrow(1, 0, history_length),
+          all.select(1, history_length + n)};
+}
+
+NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawBatch& d,
                                           const PositionScale& scale) {
-  const std::int64_t draws = d.x.size(0) / m.words.size(0), n = d.region_feature.size(1);
+  SceneMemory m = memory;
+  if (recompute_prefix_) run_prefix(m);
+  const std::int64_t draws = d.x.size(0) / m.words.size(0);
   const torch::Tensor row = per_draw(m.word_row, draws), words = per_draw(m.words, draws);
   const torch::Tensor is_word = (row != Vocabulary::pad).to(torch::kFloat32);
   const torch::Tensor is_color = (row == Vocabulary::color).to(torch::kFloat32);
@@ -114,26 +151,9 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
 
   const BoundTokens bound = region_tokens_(d.region_feature, d.region_color, words,
                                            per_draw(m.word_color, draws), is_color, is_word, mention);
-  torch::Tensor region = bound.token;
-  region = point_encoder_->forward(region);
-  torch::Tensor image = per_draw(m.image, draws), history = per_draw(m.history, draws);
   const torch::Tensor pose = (pose_->forward(d.x) + condition).unsqueeze(1);
-
-  if (shape_.paper_order) {
-    const std::int64_t tokens = image.size(1), w = words.size(1);
-    torch::Tensor all = torch::cat({region, image, words, history, pose}, 1);
-    all = velocity_->forward(fusion_->forward(prefix_->forward(all)), condition);
-    region = all.narrow(1, 0, n);
-    image = all.narrow(1, n, tokens);
-    history = all.narrow(1, n + tokens + w, history_length + 1);
-  } else {
-    torch::Tensor all =
-        velocity_->forward(fusion_->forward(torch::cat({history, region, pose}, 1)), condition);
-    region = all.narrow(1, history_length, n);
-    history = torch::cat({all.narrow(1, 0, history_length), all.narrow(1, history_length + n, 1)}, 1);
-  }
-  const torch::Tensor action = out_norm_(history.select(1, history_length)) + condition;
-  history = history.narrow(1, 0, history_length);
+  const Fused fused = fuse(m, point_encoder_->forward(bound.token), pose, condition, draws);
+  const torch::Tensor action = out_norm_(fused.action) + condition;
 
   NetworkOutput out;
   out.open_logit = open_->forward(action).squeeze(-1);
@@ -143,16 +163,16 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& m, const DrawBatch&
   }
   const torch::Tensor past = per_draw(m.history_position, draws);
   const GroundingImpl::Points points{
-      torch::cat({region + bound.token, image + per_draw(m.image_raw, draws), history}, 1),
+      torch::cat({fused.region + bound.token, fused.image + per_draw(m.image_raw, draws), fused.history}, 1),
       torch::cat({d.region_position, per_draw(m.image_position, draws), past}, 1),
       torch::cat({d.region_feature.narrow(2, world_normal_at, 3), per_draw(m.image_normal, draws),
                   torch::zeros_like(past)},
                  1),
-      torch::cat(
-          {d.region_moments, per_draw(m.image_moments, draws), torch::zeros({past.size(0), past.size(1), 4})},
-          1),
+      torch::cat({d.region_moments, per_draw(m.image_moments, draws),
+                  torch::zeros({past.size(0), past.size(1), 4}, past.options())},
+                 1),
       torch::cat({bound.mismatch, per_draw(m.image_mismatch, draws),
-                  torch::zeros({past.size(0), past.size(1), words.size(1)})},
+                  torch::zeros({past.size(0), past.size(1), words.size(1)}, past.options())},
                  1)};
   const auto result = grounding_->forward(action, per_draw(m.intent, draws), points, per_draw(m.roles, draws),
                                           is_word, per_draw(m.tool_axes, draws), scale);

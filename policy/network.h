@@ -16,10 +16,12 @@ struct SceneMemory {
   torch::Tensor word_row, word_mention;  ///< [S, W]
   torch::Tensor image_mismatch;          ///< [S, M, W]
   torch::Tensor image, image_raw;        ///< [S, M, C] after and before fusion
-  torch::Tensor history;    ///< [S, 3, C] after fusion: carries the prefix to the region's sequence
-  torch::Tensor roles;      ///< [S, W, C] words without their colours
-  torch::Tensor intent;     ///< [S, C] keyframe index and instruction, without its colours
-  torch::Tensor condition;  ///< [S, C] proprioception, keyframe index and instruction
+  torch::Tensor history,
+      history_raw;  ///< [S, 3, C] the same; carried: takes the prefix to the region's sequence
+  BackboneState fusion_state, velocity_state;  ///< stored: what each block remembers of the prefix
+  torch::Tensor roles;                         ///< [S, W, C] words without their colours
+  torch::Tensor intent;                        ///< [S, C] keyframe index and instruction, without its colours
+  torch::Tensor condition;                     ///< [S, C] proprioception, keyframe index and instruction
   torch::Tensor image_position, image_normal, image_moments, history_position, tool_axes;
 };
 
@@ -30,17 +32,30 @@ struct NetworkOutput {
       weights;  ///< [B, n + M + 3] of region, image and history points; undefined for the plain form
 };
 
-/// F_in = [instruction, image tokens, history | geometry, noisy pose]: the unchanging prefix first, the
-/// action token last, so a causal scan lets the action see everything (as paper: [geometry, image,
-/// instruction, history, pose]).
+/// F_in is one sequence whose action token is last, so that a causal scan lets it see everything. Its order:
+/// - paper (shape.paper_order): [geometry, image, instruction, history, pose], all of it at every flow step;
+/// - stored (shape.stored_state): [instruction, image, history | geometry, pose]. The part before the bar
+/// does
+///   not change along the flow and goes through every block once; a step runs on from each block's state;
+/// - carried (neither): the part before the bar has blocks of its own (prefix_blocks), and its history tokens
+///   alone stand before the geometry. Cheapest, for small presets.
 class FlowRamNetworkImpl : public torch::nn::Module {
  public:
   FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone);
   SceneMemory encode(const SceneBatch& scenes);
   /// B must be a multiple of S; draws are scene-major.
   NetworkOutput forward(const SceneMemory& memory, const DrawBatch& draws, const PositionScale& scale);
+  /// For comparisons: every flow step runs the prefix again, as if no state were stored.
+  void set_recompute_prefix(bool recompute) { recompute_prefix_ = recompute; }
 
  private:
+  /// Tokens behind all blocks.
+  struct Fused {
+    torch::Tensor region, image, history, action;  ///< [B, n, C], [B, M, C], [B, 3, C], [B, C]
+  };
+  void run_prefix(SceneMemory& memory);
+  Fused fuse(const SceneMemory& memory, const torch::Tensor& region, const torch::Tensor& pose,
+             const torch::Tensor& condition, std::int64_t draws);
   torch::Tensor time_embedding(const torch::Tensor& t);
 
   NetworkShape shape_;
@@ -54,6 +69,7 @@ class FlowRamNetworkImpl : public torch::nn::Module {
   torch::nn::LayerNorm out_norm_{nullptr};
   Grounding grounding_{nullptr};
   torch::nn::Sequential plain_velocity_{nullptr}, open_{nullptr};
+  bool recompute_prefix_ = false;
 };
 TORCH_MODULE(FlowRamNetwork);
 

@@ -17,8 +17,9 @@ torch::Tensor hue(const torch::Tensor& rgb) {
 
 }  // namespace
 
-PointTokensImpl::PointTokensImpl(int features, int channels)
-    : in_(register_module("in", torch::nn::Linear(features, channels))),
+PointTokensImpl::PointTokensImpl(int features, int channels, bool binding)
+    : binding_(binding),
+      in_(register_module("in", torch::nn::Linear(features, channels))),
       query_(register_module("query", torch::nn::Linear(channels, channels))),
       key_(register_module("key", torch::nn::Linear(channels, channels))),
       value_(register_module("value", torch::nn::Linear(channels, channels))),
@@ -37,6 +38,10 @@ BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch:
                                      const torch::Tensor& words, const torch::Tensor& word_color,
                                      const torch::Tensor& is_color, const torch::Tensor& is_word,
                                      const torch::Tensor& mention, const torch::Tensor& extra) {
+  torch::Tensor h = in_(features);
+  if (extra.defined()) h = h + extra;
+  if (!binding_) return {out_->forward(h), torch::zeros({h.size(0), h.size(1), words.size(1)}, h.options())};
+
   const torch::Tensor width = log_width_.exp();
   const torch::Tensor mask = is_color.unsqueeze(1);
   const torch::Tensor color2 = distance2(color, gain_ * word_color);
@@ -46,9 +51,7 @@ BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch:
   const torch::Tensor strictness = strictness_.exp();
   const torch::Tensor mismatch =
       (strictness[0] * color2.clamp_max(farthest2) + strictness[1] * hue2.clamp_max(farthest2)) * mask;
-  torch::Tensor h =
-      in_(features) + torch::bmm(near, sharp_(mention)) + torch::bmm(near * alike, wide_(mention));
-  if (extra.defined()) h = h + extra;
+  h = h + torch::bmm(near, sharp_(mention)) + torch::bmm(near * alike, wide_(mention));
   const double scale = 1.0 / std::sqrt(static_cast<double>(h.size(-1)));
   torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), key_(words).transpose(1, 2)) * scale;
   scores = scores.masked_fill((is_word < 0.5).unsqueeze(1), -1e9);

@@ -15,7 +15,8 @@ struct BoundTokens {
 /// exp(-|c_p - c_w|² / 2σ²) at two widths, and for the other words a learned softmax likeness.
 class PointTokensImpl : public torch::nn::Module {
  public:
-  PointTokensImpl(int features, int channels);
+  /// `binding` false: no word is looked at, every mismatch is zero (for the ablation).
+  PointTokensImpl(int features, int channels, bool binding = true);
   /// features [B, P, F], color [B, P, 3], words [B, W, C], word_color [B, W, 3], is_color and is_word [B, W]
   /// 0/1, mention [B, W, C] (which of the colour words it is), extra [B, P, C] or undefined.
   BoundTokens forward(const torch::Tensor& features, const torch::Tensor& color, const torch::Tensor& words,
@@ -24,6 +25,7 @@ class PointTokensImpl : public torch::nn::Module {
                       const torch::Tensor& extra = {});
 
  private:
+  bool binding_;
   torch::nn::Linear in_{nullptr}, query_{nullptr}, key_{nullptr}, value_{nullptr}, sharp_{nullptr},
       wide_{nullptr};
   torch::nn::Sequential out_{nullptr};
