@@ -27,7 +27,7 @@ struct ExportCall {
 /// What is drawn: a scene, and the trace or demonstration that it comes from.
 struct Subject {
   SceneState state;
-  std::optional<FlowTrace> trace;
+  std::vector<FlowTrace> traces;  ///< several: samples of one prediction
   std::optional<Demo> demo;
 };
 
@@ -49,17 +49,21 @@ SceneState scene_of(const TaskLibrary& tasks, const DemoStore& store, const Flow
   return world.state();
 }
 
-FlowTrace read_trace(const std::filesystem::path& file) {
+std::vector<FlowTrace> read_traces(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) throw UsageError("--trace " + file.string() + ": cannot be read");
   std::stringstream text;
   text << in.rdbuf();
+  std::vector<FlowTrace> traces;
   try {
-    auto json = web::wire::Json::parse(text.str());
-    return web::wire::trace_from_json(json.is_array() ? json.at(0) : json);
+    const auto json = web::wire::Json::parse(text.str());
+    if (!json.is_array()) return {web::wire::trace_from_json(json)};
+    for (const auto& one : json) traces.push_back(web::wire::trace_from_json(one));
   } catch (const std::exception& error) {
     throw UsageError(file.string() + ": " + error.what());
   }
+  if (traces.empty()) throw UsageError(file.string() + ": holds no trace");
+  return traces;
 }
 
 Subject subject_of(const ExportCall& call, const TaskLibrary& tasks, const DemoStore& store) {
@@ -67,9 +71,9 @@ Subject subject_of(const ExportCall& call, const TaskLibrary& tasks, const DemoS
     throw UsageError("--demo or --trace says what to draw (one of them)");
   Subject subject;
   if (!call.trace.empty()) {
-    subject.trace = read_trace(call.trace);
-    subject.state = scene_of(tasks, store, *subject.trace);
-    find_points_inside(tasks, subject.state, *subject.trace);
+    subject.traces = read_traces(call.trace);
+    subject.state = scene_of(tasks, store, subject.traces.front());
+    find_points_inside(tasks, subject.state, subject.traces.front());
     return subject;
   }
   try {
@@ -84,11 +88,13 @@ Subject subject_of(const ExportCall& call, const TaskLibrary& tasks, const DemoS
   return subject;
 }
 
-Overlay overlay_at(const std::optional<FlowTrace>& trace, int step) {
-  if (!trace) return {};
-  if (step > trace->flow_steps)
-    throw UsageError("--step: the trace has steps 0 to " + std::to_string(trace->flow_steps));
-  return overlay_of(*trace, step < 0 ? trace->flow_steps : step);
+Overlay overlay_at(const std::vector<FlowTrace>& traces, int step) {
+  if (traces.empty()) return {};
+  if (traces.size() > 1 && step < 0) return overlay_of_samples(traces);
+  const FlowTrace& trace = traces.front();
+  if (step > trace.flow_steps)
+    throw UsageError("--step: the trace has steps 0 to " + std::to_string(trace.flow_steps));
+  return overlay_of(trace, step < 0 ? trace.flow_steps : step);
 }
 
 int export_file(const ExportCall& call, const std::string& kind, const Context& context) {
@@ -101,14 +107,14 @@ int export_file(const ExportCall& call, const std::string& kind, const Context& 
   const Subject what = subject_of(call, tasks, store);
   const Progress quiet = [](double) {};
   if (kind == "png") {
-    export_png(tasks, what.state, view, overlay_at(what.trace, call.step), call.out);
+    export_png(tasks, what.state, view, overlay_at(what.traces, call.step), call.out);
   } else if (kind == "cloud") {
     export_cloud(tasks, what.state, call.leaf_mm / 1000, call.out);
   } else if (kind == "strip") {
-    if (!what.trace) throw UsageError("--trace: a strip shows the steps of a flow");
-    export_strip(tasks, what.state, *what.trace, view, call.out, {});
-  } else if (what.trace) {
-    export_trace_mp4(tasks, what.state, *what.trace, view, call.out, quiet, {});
+    if (what.traces.empty()) throw UsageError("--trace: a strip shows the steps of a flow");
+    export_strip(tasks, what.state, what.traces.front(), view, call.out, {});
+  } else if (!what.traces.empty()) {
+    export_trace_mp4(tasks, what.state, what.traces.front(), view, call.out, quiet, {});
   } else {
     export_demo_mp4(tasks, *what.demo, view, call.out, quiet, {});
   }
@@ -132,7 +138,9 @@ void add_kind(CLI::App& parent, Context& context, const std::string& kind, const
         ->check(CLI::NonNegativeNumber);
   }
   if (kind == "png") {
-    command->add_option("--step", call->step, "Step of the trace; the last by default")
+    command
+        ->add_option("--step", call->step,
+                     "Step of the trace; by default the last, or all samples of a file that holds several")
         ->check(CLI::NonNegativeNumber);
   }
   if (kind == "cloud") {

@@ -17,6 +17,10 @@ Rgba faded(Rgba color, float alpha) {
   return color;
 }
 
+OverlayGhost expert_ghost(const GripperAction& expert) {
+  return {expert.world_from_tool, expert.openness, faded(palette::expert, 0.45f)};
+}
+
 OverlayLine path_between(const FlowTrace& trace, int from, int to, double width_m, float alpha) {
   OverlayLine line;
   line.width_m = width_m;
@@ -53,15 +57,30 @@ Overlay overlay_of(const FlowTrace& trace, int step) {
   const Rgba ghost = faded(blend(palette::noise, palette::action, now.t), 0.6f);
   overlay.ghosts.push_back({now.pose, now.open_probability, ghost});
   overlay.frames.push_back({now.pose, 0.07, 1});
-  if (trace.expert) {
-    overlay.ghosts.push_back(
-        {trace.expert->world_from_tool, trace.expert->openness, faded(palette::expert, 0.45f)});
-  }
+  if (trace.expert) overlay.ghosts.push_back(expert_ghost(*trace.expert));
 
   char text[96];
   std::snprintf(text, sizeof text, "t %.2f   r %.3f m   %d points", now.t, now.region.radius_m,
                 now.region.points);
   overlay.labels.push_back({now.region.center + Eigen::Vector3d(0, 0, now.region.radius_m + 0.03), text});
+  return overlay;
+}
+
+Overlay overlay_of_samples(const std::vector<FlowTrace>& samples) {
+  Overlay overlay;
+  for (const FlowTrace& trace : samples) {
+    if (trace.steps.empty()) continue;
+    overlay.lines.push_back(path_between(trace, 0, static_cast<int>(trace.steps.size()) - 1, 0.004, 0.9f));
+    OverlayPoints end;
+    end.points = {trace.result.world_from_tool.position};
+    end.size_m = 0.014;
+    end.color = palette::action;
+    overlay.points.push_back(std::move(end));
+    overlay.ghosts.push_back(
+        {trace.result.world_from_tool, trace.result.openness, faded(palette::action, 0.35f)});
+  }
+  if (!samples.empty() && samples.front().expert)
+    overlay.ghosts.push_back(expert_ghost(*samples.front().expert));
   return overlay;
 }
 
