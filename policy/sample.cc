@@ -4,6 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "policy/picture_crop.h"
 #include "policy/things.h"
 
 namespace flowscope {
@@ -66,6 +67,36 @@ void move_things(PreparedScene& scene, GripperAction& target, const Eigen::Vecto
   target.world_from_tool.position += shift[static_cast<std::size_t>(about)].cast<double>();
 }
 
+struct Move {
+  double yaw_rad = 0;
+  Pose moved_from_world;
+};
+
+Move random_move(const TrainRates& rates, const Eigen::Vector3d& center, Random& random) {
+  const double limit = rates.rotation_deg * std::numbers::pi / 180;
+  const double yaw_rad = random.uniform(-limit, limit);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d shift(random.uniform(-rates.shift_m, rates.shift_m),
+                              random.uniform(-rates.shift_m, rates.shift_m),
+                              random.uniform(-rates.lift_m, rates.lift_m));
+  return {yaw_rad, {center + shift - turn * center, turn}};
+}
+
+void move_points(PreparedScene& scene, const Move& move, double jitter_m, Random& random) {
+  const Eigen::Matrix3f rotation = move.moved_from_world.rotation.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f offset = move.moved_from_world.position.cast<float>();
+  const auto reach = static_cast<float>(jitter_m * std::sqrt(3.0));  // uniform with that standard deviation
+  for (ScenePoint& p : scene.points) {
+    Eigen::Vector3f noise;
+    for (int a = 0; a < 3; ++a) noise[a] = static_cast<float>(random.uniform(-1, 1)) * reach;
+    p.position = rotation * p.position + offset + noise;
+    p.normal = rotation * p.normal;
+    p.around = moved(p.around, static_cast<float>(move.yaw_rad), offset);
+  }
+  // A turn about z leaves heights alone, so what the offset has of z is the lift.
+  scene.plane_z += offset.z();
+}
+
 }  // namespace
 
 SceneInput prepare_input(const PolicyInput& input, const Box& bounds, const NetworkShape& shape,
@@ -98,15 +129,19 @@ PolicyInput input_of_keyframe(const Demo& demo, int k) {
 }
 
 std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const NetworkShape& shape,
-                               const Vocabulary& vocabulary) {
+                               const Vocabulary& vocabulary, bool keep_observation) {
   std::vector<Sample> samples;
   try {
     std::vector<std::vector<Word>> phrasings{vocabulary.encode(demo.info.instruction, shape.words)};
     for (const std::string& text : demo.instructions)
       if (text != demo.info.instruction) phrasings.push_back(vocabulary.encode(text, shape.words));
-    for (int k = 0; k < static_cast<int>(demo.keyframes.size()); ++k)
-      samples.push_back({demo.info.id, prepare_input(input_of_keyframe(demo, k), bounds, shape, vocabulary),
-                         phrasings, demo.keyframes[static_cast<std::size_t>(k)].action});
+    for (int k = 0; k < static_cast<int>(demo.keyframes.size()); ++k) {
+      PolicyInput input = input_of_keyframe(demo, k);
+      samples.push_back({demo.info.id, prepare_input(input, bounds, shape, vocabulary), phrasings,
+                         demo.keyframes[static_cast<std::size_t>(k)].action, nullptr});
+      if (keep_observation)
+        samples.back().observation = std::make_shared<const Observation>(std::move(input.observation));
+    }
   } catch (const std::exception& e) {
     throw std::invalid_argument("demonstration " + demo.info.id + ": " + e.what());
   }
@@ -114,41 +149,42 @@ std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const Networ
   return samples;
 }
 
-Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random) {
+Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random,
+               const Augmentation& kinds) {
+  if (!kinds.move && !kinds.recolor && !kinds.shuffle) return sample;
   Sample out = sample;
   auto scene = std::make_shared<PreparedScene>(*sample.input.scene);
-  const double limit = rates.rotation_deg * std::numbers::pi / 180;
-  const double yaw_rad = random.uniform(-limit, limit);
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  const Eigen::Vector3d shift(random.uniform(-rates.shift_m, rates.shift_m),
-                              random.uniform(-rates.shift_m, rates.shift_m),
-                              random.uniform(-rates.lift_m, rates.lift_m));
-  const Pose moved_from_world{center + shift - turn * center, turn};
-
+  const Move move = kinds.move ? random_move(rates, center, random) : Move{};
   // First phrasing half of the time: it is the one that evaluation uses.
   if (random.uniform() < 0.5)
     out.input.words =
         sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
-  if (random.uniform() < 0.7) recolor(*scene, out.input.words, random_recoloring(random));
-  if (random.uniform() < rates.shuffle)
+  if (kinds.recolor && random.uniform() < 0.7) recolor(*scene, out.input.words, random_recoloring(random));
+  if (kinds.shuffle && random.uniform() < rates.shuffle)
     move_things(*scene, out.target, sample.input.history.back().world_from_tool.position, rates.shuffle_m,
                 random);
-  const Eigen::Matrix3f rotation = turn.toRotationMatrix().cast<float>();
-  const Eigen::Vector3f offset = moved_from_world.position.cast<float>();
-  const auto jitter =
-      static_cast<float>(rates.jitter_m * std::sqrt(3.0));  // uniform with that standard deviation
-  for (ScenePoint& p : scene->points) {
-    Eigen::Vector3f noise;
-    for (int a = 0; a < 3; ++a) noise[a] = static_cast<float>(random.uniform(-1, 1)) * jitter;
-    p.position = rotation * p.position + offset + noise;
-    p.normal = rotation * p.normal;
-    p.around = moved(p.around, static_cast<float>(yaw_rad), offset);
-  }
-  scene->plane_z += static_cast<float>(shift.z());
-  for (RobotState& r : out.input.history) r.world_from_tool = moved_from_world * r.world_from_tool;
+  move_points(*scene, move, rates.jitter_m, random);
+  for (RobotState& r : out.input.history) r.world_from_tool = move.moved_from_world * r.world_from_tool;
   blur_past(out.input.history, random);
-  out.target.world_from_tool = moved_from_world * out.target.world_from_tool;
+  out.target.world_from_tool = move.moved_from_world * out.target.world_from_tool;
   out.input.scene = std::move(scene);
+  return out;
+}
+
+Sample with_cropped_pictures(const Sample& sample, const Box& bounds, const NetworkShape& shape,
+                             Random& random) {
+  if (!sample.observation || sample.observation->views.empty())
+    throw std::invalid_argument("demonstration " + sample.demo + ": no pictures were kept to be cropped");
+  const CameraModel& camera = sample.observation->views.front().camera;
+  const ResampledObservation seen =
+      resample(*sample.observation, random_crop(camera.width, camera.height, random));
+  Sample out = sample;
+  try {
+    out.input.scene =
+        std::make_shared<const PreparedScene>(prepare_scene(seen.observation, bounds, shape, &seen.world));
+  } catch (const std::invalid_argument&) {
+    return sample;
+  }
   return out;
 }
 

@@ -32,34 +32,47 @@ void require_sane(const Observation& observation) {
   }
 }
 
-Vector3d unproject(const View& view, int x, int y) {
-  return view.camera.unproject(x + 0.5, y + 0.5, view.depth.at(x, y));
+/// A view, and where its pixels stand if not where its camera says.
+struct PlacedView {
+  const View& view;
+  const std::vector<Vector3d>* world = nullptr;
+  Vector3d at(int x, int y) const {
+    if (world) return (*world)[static_cast<std::size_t>(y) * view.camera.width + x];
+    return view.camera.unproject(x + 0.5, y + 0.5, view.depth.at(x, y));
+  }
+};
+
+PlacedView placed(const Observation& observation, const PixelPlaces* places, std::size_t v) {
+  return {observation.views[v], places ? &(*places)[v] : nullptr};
 }
 
 // Normal from the pixels two to the side, towards the camera; zero where the surface breaks off.
-Vector3f normal_at(const View& view, int x, int y) {
+Vector3f normal_at(const PlacedView& placed_view, int x, int y) {
+  const View& view = placed_view.view;
   const int x0 = std::max(x - 1, 0), x1 = std::min(x + 1, view.camera.width - 1);
   const int y0 = std::max(y - 1, 0), y1 = std::min(y + 1, view.camera.height - 1);
   for (const auto& [px, py] : {std::pair{x0, y}, {x1, y}, {x, y0}, {x, y1}})
     if (std::abs(view.depth.at(px, py) - view.depth.at(x, y)) > 0.03f) return Vector3f::Zero();
-  const Vector3d right = unproject(view, x1, y) - unproject(view, x0, y);
-  const Vector3d down = unproject(view, x, y1) - unproject(view, x, y0);
+  const Vector3d right = placed_view.at(x1, y) - placed_view.at(x0, y);
+  const Vector3d down = placed_view.at(x, y1) - placed_view.at(x, y0);
   const Vector3d n = down.cross(right);
   const double length = n.norm();
   if (length < 1e-12) return Vector3f::Zero();
-  const Vector3d to_camera = view.camera.world_from_camera.position - unproject(view, x, y);
+  const Vector3d to_camera = view.camera.world_from_camera.position - placed_view.at(x, y);
   return ((n.dot(to_camera) < 0 ? -1 : 1) / length * n).cast<float>();
 }
 
-std::vector<Candidate> collect(const Observation& observation, const Box& workspace) {
+std::vector<Candidate> collect(const Observation& observation, const PixelPlaces* places,
+                               const Box& workspace) {
   std::vector<Candidate> out;
   for (std::size_t v = 0; v < observation.views.size(); ++v) {
     const View& view = observation.views[v];
+    const PlacedView place = placed(observation, places, v);
     for (int y = 0; y < view.camera.height; ++y) {
       for (int x = 0; x < view.camera.width; ++x) {
         const float depth = view.depth.at(x, y);
         if (!std::isfinite(depth) || depth <= 0) continue;
-        const Vector3d p = unproject(view, x, y);
+        const Vector3d p = place.at(x, y);
         if (!workspace.contains(p)) continue;
         const std::uint8_t* rgb = view.rgb.at(x, y);
         out.push_back({{p.cast<float>(), Vector3f(rgb[0], rgb[1], rgb[2]) / 255.f, Vector3f::Zero(), {}},
@@ -156,10 +169,11 @@ Box workspace_of(const Box& bounds) {
   return {bounds.min - Vector3d(0.2, 0.2, 0.1), bounds.max + Vector3d(0.2, 0.2, 0.1)};
 }
 
-PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape) {
+PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape,
+                            const PixelPlaces* places) {
   require_sane(observation);
   const Box workspace = workspace_of(bounds);
-  const std::vector<Candidate> all = collect(observation, workspace);
+  const std::vector<Candidate> all = collect(observation, places, workspace);
   if (all.empty())
     throw std::invalid_argument("no point of the observation lies inside the policy's workspace");
   PreparedScene scene;
@@ -170,7 +184,7 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
   scene.points.reserve(points.size());
   for (Candidate& c : points) {
     const View& view = observation.views[static_cast<std::size_t>(c.view)];
-    c.point.normal = normal_at(view, c.x, c.y);
+    c.point.normal = normal_at(placed(observation, places, static_cast<std::size_t>(c.view)), c.x, c.y);
     scene.points.push_back(c.point);
     if (scene.patches.size() < static_cast<std::size_t>(shape.image_tokens))
       scene.patches.push_back(patch_around(view, c.x, c.y));

@@ -32,10 +32,15 @@ struct PreparedScene {
   float plane_z = 0;       ///< height of the dominant horizontal plane, metres, world
 };
 
+/// Where each pixel of each view stands, metres, world: [view][y * width + x]; (0, 0, 0) without a depth.
+using PixelPlaces = std::vector<std::vector<Eigen::Vector3d>>;
+
 /// Cloud from RGB-D inside `bounds` widened to the workspace; fine grid on things, coarse grid on the
 /// dominant plane; deterministic. Throws std::invalid_argument when views are missing, of odd sizes, or no
-/// point is inside.
-PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape);
+/// point is inside. `places` tells of pictures whose pixels no longer stand where their cameras say
+/// (picture_crop.h).
+PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape,
+                            const PixelPlaces* places = nullptr);
 
 /// The task's keyframe box widened so that what the keyframes stand on and belong to is seen.
 Box workspace_of(const Box& bounds);
