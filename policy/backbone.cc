@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "policy/mamba.h"
+#include "policy/plain_scan.h"
 
 namespace flowscope {
 namespace {
@@ -34,6 +35,9 @@ class MambaStack : public BackboneImpl {
       state[i] = {block.conv_tail, block.h};
     }
     return y;
+  }
+  void run_by(ScanPath path) override {
+    for (MambaBlock& block : blocks_) block->scan_by(path == ScanPath::plain ? plain_scan : selective_scan);
   }
 
  private:

@@ -13,6 +13,11 @@ namespace flowscope {
 /// convolution's tail [B, d_conv - 1, E] and the scan's state [B, E, N]; transformer: keys and values.
 using BackboneState = std::vector<std::pair<torch::Tensor, torch::Tensor>>;
 
+/// How a stack computes. `fused`: without gradients on its own path over plain arrays where it has one, else
+/// as `operators`: torch's modules around the fused scan. `plain`: the scan as a loop of torch's operators,
+/// token by token; for comparisons.
+enum class ScanPath { fused, operators, plain };
+
 /// A stack of blocks over [batch, length, channels]; what stands last has seen everything.
 class BackboneImpl : public torch::nn::Module {
  public:
@@ -22,6 +27,8 @@ class BackboneImpl : public torch::nn::Module {
   /// too. Handles are replaced, never written into: a copied state can be run on from again and again.
   virtual torch::Tensor forward_from(BackboneState& state, const torch::Tensor& x,
                                      const torch::Tensor& condition = {}) = 0;
+  /// `fused` where never called; a stack without a scan ignores it.
+  virtual void run_by(ScanPath) {}
 };
 using Backbone = std::shared_ptr<BackboneImpl>;
 

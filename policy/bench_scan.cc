@@ -10,6 +10,7 @@
 #include "policy/causal_conv.h"
 #include "policy/mamba.h"
 #include "policy/mamba_kernels.h"
+#include "policy/plain_scan.h"
 #include "policy/selective_scan.h"
 
 namespace flowscope {
@@ -42,18 +43,6 @@ ScanArguments bench_arguments(const ScanBenchOptions& o) {
   return a;
 }
 
-/// The same recurrence as a loop of torch's own operators.
-torch::Tensor scan_of_torch_operators(const ScanArguments& a) {
-  torch::Tensor h = torch::zeros({a.u.size(0), a.u.size(2), a.A.size(1)});
-  std::vector<torch::Tensor> y;
-  for (std::int64_t l = 0; l < a.u.size(1); ++l) {
-    const torch::Tensor u = a.u.select(1, l), delta = a.delta.select(1, l);
-    h = torch::exp(delta.unsqueeze(2) * a.A) * h + (delta * u).unsqueeze(2) * a.B.select(1, l).unsqueeze(1);
-    y.push_back((a.C.select(1, l).unsqueeze(1) * h).sum(2) + a.D * u);
-  }
-  return torch::stack(y, 1) * torch::silu(a.z);
-}
-
 void forward_and_backward(const torch::Tensor& y) { y.backward(torch::ones_like(y)); }
 
 /// The block's four products with the sizes of MambaBlock, nothing between them.
@@ -80,17 +69,17 @@ std::vector<BenchResult> bench_scan(const ScanBenchOptions& o) {
   torch::manual_seed(1);
   const ScanArguments a = bench_arguments(o);
   std::vector<BenchResult> results;
-  const double loop = fastest_ms(1, [&] { forward_and_backward(scan_of_torch_operators(a)); });
+  const double loop = fastest_ms(1, [&] { forward_and_backward(plain_scan(a).y); });
   double fastest = 0;
   for (const MambaKernels* kernels : supported_mamba_kernels()) {
-    const double ms = fastest_ms(o.repeats, [&] { forward_and_backward(selective_scan_on(*kernels, a)); });
+    const double ms = fastest_ms(o.repeats, [&] { forward_and_backward(selective_scan_on(*kernels, a).y); });
     if (fastest == 0) fastest = ms;
     results.push_back(
         {std::string("scan_train_") + kernels->name, ms, "ms", loop / ms, "loop of torch operators"});
   }
   const double forward = fastest_ms(o.repeats, [&] {
     const torch::NoGradGuard no_grad;
-    selective_scan(a.u, a.delta, a.A, a.B, a.C, a.D, a.z);
+    selective_scan(a);
   });
   results.push_back({"scan_forward", forward, "ms", {}, {}});
   const double products = products_ms(o);

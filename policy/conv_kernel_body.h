@@ -18,6 +18,14 @@ class ConvBody {
     for (int k = 0; k + 1 < taps; ++k) window[k] = window[k + 1];
     window[taps - 1] = newest;
   }
+  /// The window as it is before the first token: its last taps - 1 entries are the tail.
+  static void load_tail(Float* window, const ConvInputs& in, int taps, std::int64_t item, std::int64_t c,
+                        typename S::Lanes lanes) {
+    for (int k = 1; k < taps; ++k) {
+      const std::int64_t row = item * (taps - 1) + k - 1;
+      window[k] = in.tail ? S::load(in.tail + row * in.channels + c, lanes) : Float{};
+    }
+  }
   static Float dot(const Float* weight, const Float* window, int taps, Float bias) {
     for (int k = 0; k < taps; ++k) bias += weight[k] * window[k];
     return bias;
@@ -30,6 +38,7 @@ class ConvBody {
       const typename S::Lanes lanes = S::block_lanes(in.channels, c);
       Float weight[kCapacity], window[kCapacity] = {};
       for (int k = 0; k < taps; ++k) weight[k] = S::load(in.weight + k * in.channels + c, lanes);
+      load_tail(window, in, taps, item, c, lanes);
       const Float bias = S::load(in.bias + c, lanes);
       for (std::int64_t row = item * in.length; row < (item + 1) * in.length; ++row) {
         shift_in(window, taps, S::load(in.x.row(row) + c, lanes));
@@ -48,6 +57,7 @@ class ConvBody {
       Float weight[kCapacity], dweight[kCapacity] = {}, window[kCapacity] = {}, later[kCapacity] = {},
                                dbias{};
       for (int k = 0; k < taps; ++k) weight[k] = S::load(in.weight + k * in.channels + c, lanes);
+      load_tail(window, in, taps, item, c, lanes);
       const Float bias = S::load(in.bias + c, lanes);
       // dx[l] is complete taps - 1 tokens after l, when `later` holds dp[l .. l + taps - 1].
       for (std::int64_t l = 0; l < in.length + taps - 1; ++l) {
@@ -61,10 +71,13 @@ class ConvBody {
           for (int k = 0; k < taps; ++k) dweight[k] += dp * window[k];
         }
         shift_in(later, taps, dp);
-        if (l < taps - 1) continue;
         Float dx{};
         for (int k = 0; k < taps; ++k) dx += weight[taps - 1 - k] * later[k];
-        S::store(grad.dx + (item * in.length + l - taps + 1) * in.channels + c, dx, lanes);
+        if (l >= taps - 1) {
+          S::store(grad.dx + (item * in.length + l - taps + 1) * in.channels + c, dx, lanes);
+        } else if (grad.dtail) {
+          S::store(grad.dtail + (item * (taps - 1) + l) * in.channels + c, dx, lanes);
+        }
       }
       for (int k = 0; k < taps; ++k) {
         S::store(grad.dweight + (item * taps + k) * in.channels + c, dweight[k], lanes);

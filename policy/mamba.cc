@@ -77,34 +77,45 @@ MambaBlockImpl::Projected MambaBlockImpl::project_in(const torch::Tensor& x, con
   return {halves[0], halves[1]};
 }
 
-ScanArguments MambaBlockImpl::scan_arguments(const torch::Tensor& u, const torch::Tensor& z) {
+ScanArguments MambaBlockImpl::scan_arguments(const torch::Tensor& u, const torch::Tensor& z,
+                                             const torch::Tensor& h0) {
   const std::int64_t d_state = options.d_state, dt_rank = dt_proj_->options.in_features();
   const auto parts = x_proj_->forward(u).split_with_sizes({dt_rank, d_state, d_state}, 2);
   const torch::Tensor delta = torch::softplus(dt_proj_->forward(parts[0]));
-  return {u, delta, -torch::exp(A_log_), parts[1], parts[2], D_, z, {}};
+  return {u, delta, -torch::exp(A_log_), parts[1], parts[2], D_, z, h0};
+}
+
+torch::Tensor MambaBlockImpl::tail_after(const torch::Tensor& tail, const torch::Tensor& x) const {
+  const std::int64_t remembered = options.d_conv - 1, length = x.size(1);
+  // A copy, so that what is remembered does not keep the whole sequence alive.
+  if (length >= remembered) return x.narrow(1, length - remembered, remembered).clone();
+  const torch::Tensor before =
+      tail.defined() ? tail : torch::zeros({x.size(0), remembered, x.size(2)}, x.options());
+  return torch::cat({before.narrow(1, length, remembered - length), x}, 1);
 }
 
 torch::Tensor MambaBlockImpl::forward(const torch::Tensor& x, const torch::Tensor& condition) {
-  const Projected in = project_in(x, condition);
-  const ScanArguments a = scan_arguments(causal_conv_silu(in.x, conv_weight_, conv_bias_), in.z);
-  return x + out_proj_->forward(selective_scan(a.u, a.delta, a.A, a.B, a.C, a.D, a.z));
+  MambaState nothing;
+  return forward_from(nothing, x, condition);
 }
 
 torch::Tensor MambaBlockImpl::forward_from(MambaState& state, const torch::Tensor& x,
                                            const torch::Tensor& condition) {
-  const torch::NoGradGuard no_grad;
   const Projected in = project_in(x, condition);
-  const std::int64_t remembered = options.d_conv - 1, length = x.size(1);
-  const torch::Tensor tail = state.conv_tail.defined()
-                                 ? state.conv_tail
-                                 : torch::zeros({x.size(0), remembered, in.x.size(2)}, in.x.options());
-  const torch::Tensor extended = torch::cat({tail, in.x}, 1);
-  const torch::Tensor u = causal_conv_silu(extended, conv_weight_, conv_bias_).narrow(1, remembered, length);
-  ScanArguments arguments = scan_arguments(u, in.z);
-  arguments.h0 = state.h;
-  const ScanResult scanned = selective_scan_keeping_state(arguments);
-  state = {extended.narrow(1, length, remembered).clone(), scanned.last_state};
+  const torch::Tensor u = causal_conv_silu(in.x, conv_weight_, conv_bias_, state.conv_tail);
+  const ScanResult scanned = scan_(scan_arguments(u, in.z, state.h));
+  state = {tail_after(state.conv_tail, in.x), scanned.last_state};
   return x + out_proj_->forward(scanned.y);
+}
+
+MambaWeights MambaBlockImpl::weights() const {
+  MambaWeights w;
+  w.norm_weight = norm_->weight, w.norm_bias = norm_->bias;
+  if (adaptive_) w.adaptive_weight = adaptive_->weight, w.adaptive_bias = adaptive_->bias;
+  w.in_proj = in_proj_->weight, w.conv_weight = conv_weight_, w.conv_bias = conv_bias_;
+  w.x_proj = x_proj_->weight, w.dt_weight = dt_proj_->weight, w.dt_bias = dt_proj_->bias;
+  w.A_log = A_log_, w.D = D_, w.out_proj = out_proj_->weight;
+  return w;
 }
 
 std::vector<torch::Tensor> MambaBlockImpl::parameters_without_decay() const {

@@ -48,14 +48,17 @@ struct ScanGradients {
         *dz = nullptr;                 ///< [batch, length, channels]; dz null without a gate
   float *dB = nullptr, *dC = nullptr;  ///< [batch, length, states]
   float *dA = nullptr, *dD = nullptr;
+  const float* dlast_state = nullptr;  ///< [batch, states, channels] or null for zeros
+  float* dh0 = nullptr;                ///< [batch, states, channels]; may be null
 };
 
-/// y[l] = silu(bias + sum_k weight[k] x[l - taps + 1 + k]), per channel; tokens before the first are zero.
+/// y[l] = silu(bias + sum_k weight[k] x[l - taps + 1 + k]), per channel; x before the first token is `tail`.
 struct ConvInputs {
   std::int64_t batch = 0, length = 0, channels = 0, taps = 0;
   Rows x;                         ///< [batch * length, channels]
   const float* weight = nullptr;  ///< [taps, channels]
   const float* bias = nullptr;    ///< [channels]
+  const float* tail = nullptr;    ///< [batch, taps - 1, channels] or null for zeros
 };
 inline constexpr int kMaxConvTaps = 8;
 
@@ -63,6 +66,7 @@ inline constexpr int kMaxConvTaps = 8;
 struct ConvGradients {
   const float* dy = nullptr;  ///< [batch, length, channels]
   float *dx = nullptr, *dweight = nullptr, *dbias = nullptr;
+  float* dtail = nullptr;  ///< [batch, taps - 1, channels]; may be null
 };
 
 /// One item (and, forward, a range of channel blocks) per call; calls for different items may run in

@@ -92,6 +92,28 @@ class ScanBody {
     return s;
   }
 
+  /// [batch, states, channels] or null for zeros -> the carry of one item, and back.
+  static void carry_in(const ScanShape& shape, const float* from, std::int64_t item, float* carry) {
+    const int states = state_count(shape);
+    for (std::int64_t c = 0; c < shape.channels; c += W) {
+      const Lanes lanes = S::block_lanes(shape.channels, c);
+      for (int n = 0; n < states; ++n) {
+        const std::int64_t at = (item * states + n) * shape.channels + c;
+        S::store(carry + c * states + n * W, from ? S::load(from + at, lanes) : Float{});
+      }
+    }
+  }
+  static void carry_out(const ScanShape& shape, const float* carry, std::int64_t item, float* to) {
+    const int states = state_count(shape);
+    for (std::int64_t c = 0; c < shape.channels; c += W) {
+      const Lanes lanes = S::block_lanes(shape.channels, c);
+      for (int n = 0; n < states; ++n) {
+        const std::int64_t at = (item * states + n) * shape.channels + c;
+        S::store(to + at, S::load(carry + c * states + n * W), lanes);
+      }
+    }
+  }
+
   /// Runs the chunk forward again, keeping every state and decay, and C h of every token for the gate.
   static void recompute(const ScanInputs& in, const float* start, std::int64_t row, int steps, std::int64_t c,
                         Lanes lanes, float* __restrict h_out, float* __restrict decay_out, Float* y) {
@@ -171,7 +193,8 @@ class ScanBody {
     const Scratch scratch = cut(memory, blocks, states);
     float* dA_item = grad.dA + item * blocks * step;
     float* dD_item = grad.dD + item * blocks * W;
-    for (std::int64_t i = 0; i < blocks * step; ++i) scratch.carry[i] = dA_item[i] = 0;
+    for (std::int64_t i = 0; i < blocks * step; ++i) dA_item[i] = 0;
+    carry_in(shape, grad.dlast_state, item, scratch.carry);
     for (std::int64_t i = 0; i < blocks * W; ++i) dD_item[i] = 0;
 
     for (std::int64_t chunk = shape.chunks() - 1; chunk >= 0; --chunk) {
@@ -209,6 +232,7 @@ class ScanBody {
         grad.dC[row * states + i] = S::sum(S::load(scratch.dC_lanes + i * W));
       }
     }
+    if (grad.dh0) carry_out(shape, scratch.carry, item, grad.dh0);
   }
 };
 

@@ -34,12 +34,13 @@ void check(const ScanArguments& a) {
   if (a.h0.defined()) require_float(kName, "h0", a.h0, {batch, channels, states});
 }
 
-/// The arguments in the layout that the kernels read; holds what `inputs` points into.
+/// The arguments in the layout that the kernels read; holds what `inputs` points into. h0 is [batch, states,
+/// channels] here.
 struct Prepared {
-  torch::Tensor u, delta, z, B, C, A_by_state, D, h0_by_state;
+  torch::Tensor u, delta, z, B, C, A_by_state, D, h0;
   ScanInputs inputs;
 
-  explicit Prepared(const ScanArguments& a)
+  Prepared(const ScanArguments& a, const torch::Tensor& h0_by_state)
       : u(with_even_rows(a.u)),
         delta(with_even_rows(a.delta)),
         B(with_even_rows(a.B)),
@@ -50,9 +51,9 @@ struct Prepared {
     inputs.u = rows_of(u), inputs.delta = rows_of(delta), inputs.B = rows_of(B), inputs.C = rows_of(C);
     if (a.z.defined()) z = with_even_rows(a.z), inputs.z = rows_of(z);
     inputs.A = A_by_state.data_ptr<float>(), inputs.D = D.data_ptr<float>();
-    if (a.h0.defined()) {
-      h0_by_state = a.h0.transpose(1, 2).contiguous();
-      inputs.h0 = h0_by_state.data_ptr<float>();
+    if (h0_by_state.defined()) {
+      h0 = h0_by_state.contiguous();
+      inputs.h0 = h0.data_ptr<float>();
     }
   }
 };
@@ -82,29 +83,38 @@ void run_backward(const MambaKernels& kernels, const ScanInputs& inputs, const S
   });
 }
 
+float* data_or_null(const torch::Tensor& tensor) {
+  return tensor.defined() ? tensor.data_ptr<float>() : nullptr;
+}
+
+c10::optional<torch::Tensor> if_defined(const torch::Tensor& tensor) {
+  return tensor.defined() ? c10::make_optional(tensor) : c10::nullopt;
+}
+
+/// The kernels' layout of states on both sides, [batch, states, channels].
 class ScanFunction : public torch::autograd::Function<ScanFunction> {
  public:
-  /// What has no gradient; torch takes only tensors, present or not, for differentiable.
-  struct Fixed {
-    torch::Tensor h0;
-    const MambaKernels* kernels;
-  };
-
-  static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& u,
-                               const torch::Tensor& delta, const torch::Tensor& A, const torch::Tensor& B,
-                               const torch::Tensor& C, const torch::Tensor& D,
-                               const c10::optional<torch::Tensor>& gate, const Fixed& fixed) {
-    const torch::Tensor z = gate.value_or(torch::Tensor());
-    const Prepared prepared({u, delta, A, B, C, D, z, fixed.h0});
+  static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context,
+                                                const torch::Tensor& u, const torch::Tensor& delta,
+                                                const torch::Tensor& A, const torch::Tensor& B,
+                                                const torch::Tensor& C, const torch::Tensor& D,
+                                                const c10::optional<torch::Tensor>& gate,
+                                                const c10::optional<torch::Tensor>& start,
+                                                const MambaKernels* kernels) {
+    const torch::Tensor z = gate.value_or(torch::Tensor()), h0 = start.value_or(torch::Tensor());
+    const Prepared prepared({u, delta, A, B, C, D, z}, h0);
     const ScanShape& shape = prepared.inputs.shape;
     torch::Tensor y = torch::empty(u.sizes(), u.options());
     torch::Tensor chunk_states =
         torch::empty({shape.batch, shape.chunks(), shape.states, shape.channels}, u.options());
-    run_forward(*fixed.kernels, prepared.inputs,
-                {y.data_ptr<float>(), chunk_states.data_ptr<float>(), nullptr});
+    torch::Tensor last_state = torch::empty({shape.batch, shape.states, shape.channels}, u.options());
+    run_forward(*kernels, prepared.inputs,
+                {y.data_ptr<float>(), chunk_states.data_ptr<float>(), last_state.data_ptr<float>()});
     context->save_for_backward({u, delta, A, B, C, D, z, chunk_states});
-    context->saved_data["kernels"] = reinterpret_cast<std::int64_t>(fixed.kernels);
-    return y;
+    context->saved_data["kernels"] = reinterpret_cast<std::int64_t>(kernels);
+    context->saved_data["has_start"] = h0.defined();
+    context->set_materialize_grads(false);  // the last state mostly has none
+    return {y, last_state};
   }
 
   static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -112,48 +122,54 @@ class ScanFunction : public torch::autograd::Function<ScanFunction> {
     refuse_second_derivative(kName);
     const auto saved = context->get_saved_variables();
     const auto* kernels = reinterpret_cast<const MambaKernels*>(context->saved_data["kernels"].toInt());
-    const Prepared prepared({saved[0], saved[1], saved[2], saved[3], saved[4], saved[5], saved[6], {}});
+    const Prepared prepared({saved[0], saved[1], saved[2], saved[3], saved[4], saved[5], saved[6]}, {});
     const ScanShape& shape = prepared.inputs.shape;
-    const torch::Tensor dy = output_gradients[0].contiguous();
-    const auto like_u = [&] { return torch::empty(dy.sizes(), dy.options()); };
+    const auto options = saved[0].options();
+    const torch::Tensor dy = output_gradients[0].defined() ? output_gradients[0].contiguous()
+                                                           : torch::zeros(saved[0].sizes(), options);
+    const torch::Tensor dlast =
+        output_gradients[1].defined() ? output_gradients[1].contiguous() : torch::Tensor();
+    const auto like_u = [&] { return torch::empty(dy.sizes(), options); };
     const std::int64_t blocks = kernels->blocks(shape.channels);
-    torch::Tensor du = like_u(), ddelta = like_u(), dz = saved[6].defined() ? like_u() : torch::Tensor();
-    torch::Tensor dB = torch::empty({shape.batch, shape.length, shape.states}, dy.options());
+    torch::Tensor du = like_u(), ddelta = like_u(), dz, dh0;
+    if (saved[6].defined()) dz = like_u();
+    if (context->saved_data["has_start"].toBool()) {
+      dh0 = torch::empty({shape.batch, shape.states, shape.channels}, options);
+    }
+    torch::Tensor dB = torch::empty({shape.batch, shape.length, shape.states}, options);
     torch::Tensor dC = torch::empty_like(dB);
-    torch::Tensor dA = torch::empty({shape.batch, blocks, shape.states, kernels->width}, dy.options());
-    torch::Tensor dD = torch::empty({shape.batch, blocks, kernels->width}, dy.options());
+    torch::Tensor dA = torch::empty({shape.batch, blocks, shape.states, kernels->width}, options);
+    torch::Tensor dD = torch::empty({shape.batch, blocks, kernels->width}, options);
     ScanGradients gradients;
     gradients.dy = dy.data_ptr<float>(), gradients.chunk_states = saved[7].data_ptr<float>();
     gradients.du = du.data_ptr<float>(), gradients.ddelta = ddelta.data_ptr<float>();
-    if (dz.defined()) gradients.dz = dz.data_ptr<float>();
+    gradients.dz = data_or_null(dz), gradients.dh0 = data_or_null(dh0);
     gradients.dB = dB.data_ptr<float>(), gradients.dC = dC.data_ptr<float>();
     gradients.dA = dA.data_ptr<float>(), gradients.dD = dD.data_ptr<float>();
+    gradients.dlast_state = data_or_null(dlast);
     run_backward(*kernels, prepared.inputs, gradients);
     // From blocks of `width` channels back to one row per channel.
     const torch::Tensor dA_rows = sum_in_order(dA).transpose(1, 2).reshape({-1, shape.states});
     const torch::Tensor dD_row = sum_in_order(dD).reshape({-1});
-    return {du, ddelta, dA_rows.narrow(0, 0, shape.channels), dB, dC, dD_row.narrow(0, 0, shape.channels),
-            dz, {}};
+    return {du, ddelta, dA_rows.narrow(0, 0, shape.channels),
+            dB, dC,     dD_row.narrow(0, 0, shape.channels),
+            dz, dh0,    {}};
   }
 };
 
-ScanResult run_without_gradient(const MambaKernels& kernels, const ScanArguments& arguments,
-                                bool keep_state) {
+/// Without chunk states, which only a backward pass reads.
+ScanResult run_without_gradient(const MambaKernels& kernels, const ScanArguments& a) {
   const torch::NoGradGuard no_grad;
-  const Prepared prepared(arguments);
+  const Prepared prepared(a, a.h0.defined() ? a.h0.transpose(1, 2) : a.h0);
   const ScanShape& shape = prepared.inputs.shape;
-  ScanResult result{torch::empty(arguments.u.sizes(), arguments.u.options()), {}};
-  torch::Tensor last_by_state;
-  if (keep_state)
-    last_by_state = torch::empty({shape.batch, shape.states, shape.channels}, arguments.u.options());
-  run_forward(kernels, prepared.inputs,
-              {result.y.data_ptr<float>(), nullptr, keep_state ? last_by_state.data_ptr<float>() : nullptr});
-  if (keep_state) result.last_state = last_by_state.transpose(1, 2).contiguous();
-  return result;
+  const torch::Tensor y = torch::empty(a.u.sizes(), a.u.options());
+  const torch::Tensor last = torch::empty({shape.batch, shape.states, shape.channels}, a.u.options());
+  run_forward(kernels, prepared.inputs, {y.data_ptr<float>(), nullptr, last.data_ptr<float>()});
+  return {y, last.transpose(1, 2)};
 }
 
 bool wants_gradient(const ScanArguments& a) {
-  const auto differentiated = {&a.u, &a.delta, &a.A, &a.B, &a.C, &a.D, &a.z};
+  const auto differentiated = {&a.u, &a.delta, &a.A, &a.B, &a.C, &a.D, &a.z, &a.h0};
   return torch::GradMode::is_enabled() &&
          std::any_of(differentiated.begin(), differentiated.end(), [](const torch::Tensor* tensor) {
            return tensor->defined() && tensor->requires_grad();
@@ -162,22 +178,17 @@ bool wants_gradient(const ScanArguments& a) {
 
 }  // namespace
 
-torch::Tensor selective_scan_on(const MambaKernels& kernels, const ScanArguments& a) {
+ScanResult selective_scan_on(const MambaKernels& kernels, const ScanArguments& a) {
   check(a);
-  if (!wants_gradient(a)) return run_without_gradient(kernels, a, false).y;
-  const c10::optional<torch::Tensor> gate = a.z.defined() ? c10::make_optional(a.z) : c10::nullopt;
-  return ScanFunction::apply(a.u, a.delta, a.A, a.B, a.C, a.D, gate, ScanFunction::Fixed{a.h0, &kernels});
+  if (!wants_gradient(a)) return run_without_gradient(kernels, a);
+  const torch::Tensor h0 = a.h0.defined() ? a.h0.transpose(1, 2) : a.h0;
+  const auto result =
+      ScanFunction::apply(a.u, a.delta, a.A, a.B, a.C, a.D, if_defined(a.z), if_defined(h0), &kernels);
+  return {result[0], result[1].transpose(1, 2)};
 }
 
-torch::Tensor selective_scan(const torch::Tensor& u, const torch::Tensor& delta, const torch::Tensor& A,
-                             const torch::Tensor& B, const torch::Tensor& C, const torch::Tensor& D,
-                             const torch::Tensor& z, const torch::Tensor& h0) {
-  return selective_scan_on(*supported_mamba_kernels().front(), {u, delta, A, B, C, D, z, h0});
-}
-
-ScanResult selective_scan_keeping_state(const ScanArguments& arguments) {
-  check(arguments);
-  return run_without_gradient(*supported_mamba_kernels().front(), arguments, true);
+ScanResult selective_scan(const ScanArguments& arguments) {
+  return selective_scan_on(*supported_mamba_kernels().front(), arguments);
 }
 
 }  // namespace flowscope

@@ -5,28 +5,30 @@
 
 namespace flowscope {
 
-/// h[l] = exp(delta[l] A) h[l-1] + delta[l] B[l] u[l];  y[l] = C[l] h[l] + D u[l]; returned y * silu(z).
-/// B's factor is the Euler form that the published Mamba code uses, not the zero-order hold of the paper's
-/// equation. Shapes, all float32: u, delta, z [batch, length, channels]; A [channels, states], negative, at
-/// most 64 states; B, C [batch, length, states]; D [channels]. Slices of columns are read in place. delta is
-/// after softplus. z may be undefined (no gate). h0 [batch, channels, states] may be undefined (zeros).
-/// Differentiable (once) in every tensor but h0. std::invalid_argument names the tensor that does not fit.
-/// Vectorised for AVX-512 and AVX2 (chosen at run time), parallel over batch; bit-equal for any thread count.
-torch::Tensor selective_scan(const torch::Tensor& u, const torch::Tensor& delta, const torch::Tensor& A,
-                             const torch::Tensor& B, const torch::Tensor& C, const torch::Tensor& D,
-                             const torch::Tensor& z = {}, const torch::Tensor& h0 = {});
-
+/// What selective_scan reads, all float32; B is [batch, length, states] with at most 64 states.
 struct ScanArguments {
-  torch::Tensor u, delta, A, B, C, D, z, h0;
+  torch::Tensor u, delta;  ///< [batch, length, channels]; delta after softplus
+  torch::Tensor A;         ///< [channels, states], negative
+  torch::Tensor B, C;      ///< [batch, length, states]
+  torch::Tensor D;         ///< [channels]
+  torch::Tensor z{};       ///< [batch, length, channels]; undefined: no gate
+  torch::Tensor h0{};      ///< [batch, channels, states], the state before the first token; undefined: zeros
 };
-struct MambaKernels;
-/// The same on the given kernels instead of the machine's fastest (policy/mamba_kernels.h).
-torch::Tensor selective_scan_on(const MambaKernels& kernels, const ScanArguments& arguments);
 
 struct ScanResult {
-  torch::Tensor y, last_state;  ///< [batch, length, channels], [batch, channels, states]
+  torch::Tensor y;           ///< [batch, length, channels]
+  torch::Tensor last_state;  ///< [batch, channels, states], to run on from as h0
 };
-/// Not differentiable: also returns the state after the last token, to run on from as h0.
-ScanResult selective_scan_keeping_state(const ScanArguments& arguments);
+
+/// h[l] = exp(delta[l] A) h[l-1] + delta[l] B[l] u[l];  y[l] = C[l] h[l] + D u[l]; returned y * silu(z).
+/// B's factor is the Euler form that the published Mamba code uses, not the zero-order hold of the paper's
+/// equation. Slices of columns are read in place. Differentiable (once) in every tensor, through both
+/// results. std::invalid_argument names the tensor that does not fit. Vectorised for AVX-512 and AVX2 (chosen
+/// at run time), parallel over batch; bit-equal for any thread count.
+ScanResult selective_scan(const ScanArguments& arguments);
+
+struct MambaKernels;
+/// The same on the given kernels instead of the machine's fastest (policy/mamba_kernels.h).
+ScanResult selective_scan_on(const MambaKernels& kernels, const ScanArguments& arguments);
 
 }  // namespace flowscope

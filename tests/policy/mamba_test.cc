@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "tests/support/selective_scan_reference.h"
+#include "policy/plain_scan.h"
 
 namespace flowscope {
 namespace {
@@ -37,8 +37,8 @@ torch::Tensor reference(const Weights& w, const torch::Tensor& x, const torch::T
   const auto parts = torch::linear(u, w.at("x_proj.weight")).split_with_sizes({rank, d_state, d_state}, 2);
   const torch::Tensor delta =
       torch::softplus(torch::linear(parts[0], w.at("dt_proj.weight"), w.at("dt_proj.bias")));
-  const torch::Tensor scanned = selective_scan_reference(u, delta, -torch::exp(w.at("A_log")), parts[1],
-                                                         parts[2], w.at("D"), halves[1]);
+  const torch::Tensor A = -torch::exp(w.at("A_log"));
+  const torch::Tensor scanned = plain_scan({u, delta, A, parts[1], parts[2], w.at("D"), halves[1]}).y;
   return x + torch::linear(scanned, w.at("out_proj.weight"));
 }
 
@@ -115,6 +115,32 @@ TEST(MambaBlock, RunsOnFromAStoredPrefix) {
       MambaState state = after_prefix;
       const torch::Tensor tail = block->forward_from(state, x.narrow(1, prefix, 40 - prefix), condition);
       EXPECT_TRUE(torch::allclose(torch::cat({head, tail}, 1), whole, 1e-5, 1e-6)) << "prefix " << prefix;
+    }
+  }
+}
+
+TEST(MambaBlock, IsDifferentiableAcrossACut) {
+  torch::manual_seed(16);
+  MambaBlock block(MambaOptions{.d_model = 16, .d_state = 4, .condition_dim = 3});
+  const torch::Tensor condition = torch::randn({2, 3}), factor = torch::randn({2, 20, 16});
+  const auto gradients = [&](auto run) {
+    torch::manual_seed(5);
+    const torch::Tensor x = torch::randn({2, 20, 16}).requires_grad_();
+    block->zero_grad();
+    (run(x) * factor).sum().backward();
+    std::vector<torch::Tensor> found{x.grad()};
+    for (const auto& parameter : block->parameters()) found.push_back(parameter.grad().clone());
+    return found;
+  };
+  const auto whole = gradients([&](const torch::Tensor& x) { return block->forward(x, condition); });
+  for (const std::int64_t cut : {1, 2, 3, 11, 19}) {
+    const auto parts = gradients([&](const torch::Tensor& x) {
+      MambaState state;
+      const torch::Tensor head = block->forward_from(state, x.narrow(1, 0, cut), condition);
+      return torch::cat({head, block->forward_from(state, x.narrow(1, cut, 20 - cut), condition)}, 1);
+    });
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      EXPECT_LT(relative_distance(parts[i], whole[i].to(torch::kFloat64)), 1e-5) << i << ", cut at " << cut;
     }
   }
 }
