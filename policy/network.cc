@@ -57,6 +57,11 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
       "open", torch::nn::Sequential(torch::nn::Linear(c, c), torch::nn::GELU(), torch::nn::Linear(c, 1)));
 }
 
+void FlowRamNetworkImpl::compute_by(ScanPath path, bool recompute_prefix) {
+  for (const Backbone& stack : {prefix_, point_encoder_, fusion_, velocity_}) stack->run_by(path);
+  recompute_prefix_ = recompute_prefix;
+}
+
 torch::Tensor FlowRamNetworkImpl::time_embedding(const torch::Tensor& t) {
   const torch::Tensor frequency =
       torch::exp(torch::arange(time_features, t.options()) * (std::log(200.0) / (time_features - 1)));

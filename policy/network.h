@@ -45,8 +45,9 @@ class FlowRamNetworkImpl : public torch::nn::Module {
   SceneMemory encode(const SceneBatch& scenes);
   /// B must be a multiple of S; draws are scene-major.
   NetworkOutput forward(const SceneMemory& memory, const DrawBatch& draws, const PositionScale& scale);
-  /// For comparisons: every flow step runs the prefix again, as if no state were stored.
-  void set_recompute_prefix(bool recompute) { recompute_prefix_ = recompute; }
+  /// For comparisons: how the blocks compute, and whether every flow step runs the prefix again, as if no
+  /// state were stored.
+  void compute_by(ScanPath path, bool recompute_prefix);
 
  private:
   /// Tokens behind all blocks.
