@@ -3,15 +3,24 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "policy/integrator.h"
+
 namespace flowscope {
 namespace {
 
 struct Evaluation {
-  Vector9 velocity{};
+  Answer answer;
   double open_probability = 0;
   Region region;
   std::vector<float> weights;
   std::vector<Eigen::Vector3f> weight_points;
+};
+
+/// A scene as the network keeps it along the flow.
+struct EncodedScene {
+  Model& model;
+  const SceneInput& input;
+  SceneMemory memory;
 };
 
 std::vector<Eigen::Vector3f> rows_of(const torch::Tensor& points) {
@@ -23,105 +32,132 @@ std::vector<Eigen::Vector3f> rows_of(const torch::Tensor& points) {
   return out;
 }
 
-Evaluation evaluate(Model& model, const SceneMemory& memory, const SceneInput& input, const Draw& draw) {
+Evaluation evaluate(const EncodedScene& scene, const Draw& draw) {
+  Model& model = scene.model;
   std::vector<RegionPoints> regions;
-  const DrawBatch batch = make_draw_batch({&input}, {draw}, model.shape, model.scale, &regions);
-  const NetworkOutput out = model.network->forward(memory, batch, model.scale);
+  const DrawBatch batch = make_draw_batch({&scene.input}, {draw}, model.shape, model.scale, &regions);
+  const NetworkOutput out = model.network->forward(scene.memory, batch, model.scale);
   Evaluation e;
-  Vector9 action;
   const torch::Tensor row = out.action.contiguous();
-  for (std::size_t i = 0; i < action.size(); ++i) action[i] = static_cast<double>(row.data_ptr<float>()[i]);
-  e.velocity = model.shape.grounded ? model.objective->velocity_to(action, draw.x, draw.t) : action;
+  for (std::size_t i = 0; i < e.answer.value.size(); ++i)
+    e.answer.value[i] = static_cast<double>(row.data_ptr<float>()[i]);
+  e.answer.end_point = model.shape.grounded;
   e.open_probability = torch::sigmoid(out.open_logit).item<double>();
   e.region.center = model.scale.denormalise(Eigen::Map<const Eigen::Vector3d>(draw.x.data()));
   e.region.radius_m = draw.radius_m;
   e.region.points = regions[0].points_inside;
   for (std::size_t i = 0; i < regions[0].index.size(); ++i)
     if (regions[0].inside[i])
-      e.region.inside.push_back(input.scene->points[static_cast<std::size_t>(regions[0].index[i])].position);
+      e.region.inside.push_back(
+          scene.input.scene->points[static_cast<std::size_t>(regions[0].index[i])].position);
   if (out.weights.defined()) {
     const torch::Tensor w = out.weights.contiguous();
     e.weights.assign(w.data_ptr<float>(), w.data_ptr<float>() + w.numel());
-    e.weight_points =
-        rows_of(torch::cat({batch.region_position, memory.image_position, memory.history_position}, 1));
+    e.weight_points = rows_of(
+        torch::cat({batch.region_position, scene.memory.image_position, scene.memory.history_position}, 1));
   }
   return e;
 }
 
-void check_options(const PredictOptions& options) {
+void check_options(const Model& model, const PredictOptions& options, int count) {
   if (options.flow_steps < 1 || options.flow_steps > 1000)
     throw std::invalid_argument("flow_steps must be from 1 to 1000, not " +
                                 std::to_string(options.flow_steps));
+  if (count < 1) throw std::invalid_argument("there must be at least one sample");
+  if (options.integrator != "euler" && !model.objective->is_flow())
+    throw std::invalid_argument("the integrator '" + options.integrator + "' needs a flow; the objective " +
+                                model.objective_name + " takes steps of its own");
   if (!options.branch) return;
   const auto& b = *options.branch;
   if (!b.from) throw std::invalid_argument("a branch needs the trace that it leaves");
+  if (count > 1)
+    throw std::invalid_argument("a branch has the noise of the trace that it leaves: one sample");
   if (b.step < 0 || b.step >= static_cast<int>(b.from->steps.size()))
     throw std::invalid_argument("the trace has no step " + std::to_string(b.step));
   if (b.radius_m && !(*b.radius_m > 0)) throw std::invalid_argument("the radius must be positive, in metres");
 }
 
-}  // namespace
+/// Noise of step k alone, so that a branch meets the noise that its parent met there.
+Random noise_of_step(std::uint64_t seed, std::size_t k) { return Random(Random(seed).bits() + k); }
 
-FlowTrace integrate_flow(Model& model, const SceneInput& input, const PredictOptions& options) {
-  check_options(options);
-  const torch::NoGradGuard no_grad;
+/// Where a trace starts to be computed: what is copied, the first state, and the time grid.
+struct Start {
   FlowTrace trace;
-  trace.radius = model.radius;
-  if (options.radius_kind) trace.radius.kind = *options.radius_kind;
-  trace.radius.radius_m(0);  // refuses an unknown kind
-  trace.seed = options.seed;
-  trace.backbone = model.backbone;
-  trace.objective = model.objective_name;
-
-  // The time grid: n even steps; after a branch, its old start and the rest in even steps.
-  const bool branches = options.branch.has_value();
-  const int first = branches ? options.branch->step : 0;
   std::vector<double> times;
   Vector9 x{};
-  if (branches) {
-    const FlowTrace& from = *options.branch->from;
-    trace.seed = from.seed;
-    trace.steps.assign(from.steps.begin(), from.steps.begin() + first);
-    for (const FlowStep& s : trace.steps) times.push_back(s.t);
-    const FlowStep& at = from.steps[static_cast<std::size_t>(first)];
-    x = at.x;
-    if (options.branch->position)
-      Eigen::Map<Eigen::Vector3d>(x.data()) = model.scale.normalise(*options.branch->position);
-    if (options.branch->rotation)
-      Eigen::Map<Eigen::Matrix<double, 6, 1>>(x.data() + 3) = rotation_to_6d(*options.branch->rotation);
-    const int rest = std::max(first < from.flow_steps ? 1 : 0, options.flow_steps - first);
-    for (int k = 0; k <= rest; ++k)
-      times.push_back(k == rest ? 1.0 : at.t + (1 - at.t) * model.objective->grid(k, rest));
-  } else {
-    Random noise(options.seed);
-    for (double& v : x) v = noise.normal();
-    for (int k = 0; k <= options.flow_steps; ++k)
-      times.push_back(model.objective->grid(k, options.flow_steps));
-  }
-  trace.flow_steps = static_cast<int>(times.size()) - 1;
+};
 
-  const SceneMemory memory = model.network->encode(make_scene_batch({&input}, model.shape, model.scale));
-  for (std::size_t k = static_cast<std::size_t>(first); k < times.size(); ++k) {
-    const auto start = std::chrono::steady_clock::now();
-    const bool last = k + 1 == times.size();
-    const double t = times[k];
-    const double radius =
-        branches && options.branch->radius_m ? *options.branch->radius_m : trace.radius.radius_m(t);
-    Evaluation e = evaluate(model, memory, input, {x, t, radius, trace.radius.kind == "off"});
+Start from_noise(const Model& model, const PredictOptions& options, std::uint64_t seed) {
+  Start start;
+  start.trace.seed = seed;
+  Random noise(seed);
+  for (double& v : start.x) v = noise.normal();
+  for (int k = 0; k <= options.flow_steps; ++k)
+    start.times.push_back(model.objective->grid(0, k, options.flow_steps));
+  return start;
+}
+
+/// Its old steps, then the rest in even steps.
+Start from_branch(const Model& model, const PredictOptions& options) {
+  const PredictOptions::Branch& branch = *options.branch;
+  const FlowTrace& from = *branch.from;
+  Start start;
+  start.trace.seed = from.seed;
+  start.trace.steps.assign(from.steps.begin(), from.steps.begin() + branch.step);
+  for (const FlowStep& s : start.trace.steps) start.times.push_back(s.t);
+  const FlowStep& at = from.steps[static_cast<std::size_t>(branch.step)];
+  start.x = at.x;
+  if (branch.position) Eigen::Map<Eigen::Vector3d>(start.x.data()) = model.scale.normalise(*branch.position);
+  if (branch.rotation)
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>(start.x.data() + 3) = rotation_to_6d(*branch.rotation);
+  const int rest = std::max(branch.step < from.flow_steps ? 1 : 0, options.flow_steps - branch.step);
+  for (int k = 0; k <= rest; ++k)
+    start.times.push_back(rest == 0 ? 1.0 : model.objective->grid(at.t, k, rest));
+  return start;
+}
+
+FlowTrace integrate(const EncodedScene& scene, const PredictOptions& options, Start start) {
+  const Model& model = scene.model;
+  FlowTrace trace = std::move(start.trace);
+  trace.radius = model.radius;
+  if (options.radius_kind) trace.radius.kind = *options.radius_kind;
+  trace.backbone = model.backbone;
+  trace.objective = model.objective_name;
+  trace.integrator = options.integrator;
+  trace.flow_steps = static_cast<int>(start.times.size()) - 1;
+  const auto radius_at = [&](double t) {
+    return options.branch && options.branch->radius_m ? *options.branch->radius_m : trace.radius.radius_m(t);
+  };
+  const auto evaluate_at = [&](const FlowState& at) {
+    return evaluate(scene, {at.x, at.t, radius_at(at.t), trace.radius.kind == "off"});
+  };
+
+  Vector9 x = start.x;
+  for (std::size_t k = trace.steps.size(); k < start.times.size(); ++k) {
+    const auto began = std::chrono::steady_clock::now();
+    const FlowState here{x, start.times[k]};
+    Evaluation e = evaluate_at(here);
     FlowStep step;
     step.k = static_cast<int>(k);
-    step.t = t;
+    step.t = here.t;
     step.x = x;
     step.pose = decode_pose(x, model.scale);
     step.region = std::move(e.region);
     step.open_probability = e.open_probability;
     step.weights = std::move(e.weights);
     step.weight_points = std::move(e.weight_points);
-    if (!last) {
-      step.velocity = e.velocity;
-      const double dt = times[k + 1] - t;
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] = x[i] + step.velocity[i] * dt;
-      step.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (k + 1 < start.times.size()) {
+      const double t_next = start.times[k + 1];
+      Random noise = noise_of_step(trace.seed, k);
+      bool first = true;
+      const auto field = [&](const FlowState& at) {
+        const Answer answer = first ? e.answer : evaluate_at(at).answer;
+        first = false;
+        return model.objective->velocity(answer, at, here, t_next, noise);
+      };
+      step.velocity = step_velocity(options.integrator, field, here, t_next);
+      for (std::size_t i = 0; i < x.size(); ++i) x[i] = x[i] + step.velocity[i] * (t_next - here.t);
+      step.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
     }
     trace.steps.push_back(std::move(step));
   }
@@ -129,6 +165,33 @@ FlowTrace integrate_flow(Model& model, const SceneInput& input, const PredictOpt
   // The openness of the last evaluation on the way, where the pose is nearly there but was seen in training.
   trace.result.openness = trace.steps.back().open_probability;
   return trace;
+}
+
+}  // namespace
+
+std::vector<FlowTrace> integrate_samples(Model& model, const SceneInput& input, const PredictOptions& options,
+                                         int count) {
+  check_options(model, options, count);
+  RadiusSchedule radius = model.radius;
+  if (options.radius_kind) radius.kind = *options.radius_kind;
+  radius.radius_m(0);  // refuses an unknown kind
+  std::vector<Start> starts;
+  for (int i = 0; i < count; ++i)
+    starts.push_back(options.branch
+                         ? from_branch(model, options)
+                         : from_noise(model, options, options.seed + static_cast<std::uint64_t>(i)));
+
+  const torch::NoGradGuard no_grad;
+  const EncodedScene scene{model, input,
+                           model.network->encode(make_scene_batch({&input}, model.shape, model.scale))};
+  std::vector<FlowTrace> traces;
+  // One after the other: in one batch the matrix products would round otherwise than for one sample.
+  for (Start& start : starts) traces.push_back(integrate(scene, options, std::move(start)));
+  return traces;
+}
+
+FlowTrace integrate_flow(Model& model, const SceneInput& input, const PredictOptions& options) {
+  return std::move(integrate_samples(model, input, options, 1).front());
 }
 
 }  // namespace flowscope

@@ -8,7 +8,7 @@ namespace {
 constexpr double flow_weight = 100, open_weight = 10, precise_weight = 20;
 
 struct Targets {
-  torch::Tensor action;  ///< [B, 9] end point when grounded, else velocity
+  torch::Tensor action;  ///< [B, 9] end point when grounded, else the objective's target
   torch::Tensor weight;  ///< [B, 1]
   torch::Tensor open;    ///< [B]
 };
@@ -35,12 +35,11 @@ StepLoss learn_once(Model& model, AdamW& optimizer, const TrainingSet& data, con
     scenes.push_back(&s.input);
     const Vector9 x1 = encode_pose(s.target.world_from_tool, model.scale);
     for (int d = 0; d < rates.draws; ++d) {
-      Vector9 x0, u;
+      Vector9 x0;
       for (double& v : x0) v = random.normal();
       const double t = model.objective->draw_time(random);
       const Vector9 x = model.objective->noisy(x0, x1, t);
-      for (std::size_t i = 0; i < u.size(); ++i) u[i] = x1[i] - x0[i];
-      put_row(targets.action, draws.size(), model.shape.grounded ? x1 : u);
+      put_row(targets.action, draws.size(), model.shape.grounded ? x1 : model.objective->target(x0, x1));
       targets.weight.data_ptr<float>()[draws.size()] =
           static_cast<float>(model.shape.grounded ? model.objective->end_point_weight(t) : 1.0);
       targets.open.data_ptr<float>()[draws.size()] = s.target.open() ? 1.f : 0.f;

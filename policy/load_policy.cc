@@ -12,13 +12,19 @@ class LoadedPolicy : public Policy {
     sha256_ = weights_sha256(model_);
   }
   FlowTrace predict(const PolicyInput& input, const PredictOptions& options) override {
-    FlowTrace trace =
-        integrate_flow(model_, prepare_input(input, model_.bounds, model_.shape, model_.vocabulary), options);
-    trace.instruction = input.instruction;
-    trace.policy_file = file_;
-    trace.generation = generation();
-    trace.weights_sha256 = sha256_;
-    return trace;
+    return std::move(predict_samples(input, options, 1).front());
+  }
+  std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
+                                         int count) override {
+    const SceneInput scene = prepare_input(input, model_.bounds, model_.shape, model_.vocabulary);
+    std::vector<FlowTrace> traces = integrate_samples(model_, scene, options, count);
+    for (FlowTrace& trace : traces) {
+      trace.instruction = input.instruction;
+      trace.policy_file = file_;
+      trace.generation = generation();
+      trace.weights_sha256 = sha256_;
+    }
+    return traces;
   }
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(generation_); }
 
@@ -32,6 +38,21 @@ class LoadedPolicy : public Policy {
 
 std::unique_ptr<Policy> load_policy(const std::filesystem::path& file) {
   return std::make_unique<LoadedPolicy>(read_checkpoint(file), file);
+}
+
+// A policy that cannot share a scene between predictions takes them one by one.
+std::vector<FlowTrace> Policy::predict_samples(const PolicyInput& input, const PredictOptions& options,
+                                               int count) {
+  if (count < 1) throw std::invalid_argument("there must be at least one sample");
+  if (options.branch && count > 1)
+    throw std::invalid_argument("a branch has the noise of the trace that it leaves: one sample");
+  std::vector<FlowTrace> traces;
+  for (int i = 0; i < count; ++i) {
+    PredictOptions one = options;
+    one.seed += static_cast<std::uint64_t>(i);
+    traces.push_back(predict(input, one));
+  }
+  return traces;
 }
 
 }  // namespace flowscope

@@ -24,6 +24,7 @@ struct PredictOptions {
   int flow_steps = 4;
   std::uint64_t seed = 0;
   std::optional<std::string> radius_kind;  ///< overrides the schedule's kind
+  std::string integrator = "euler";        ///< euler, midpoint, rk4; diffusion takes its own steps only
   /// Run on from an edited state: steps before it are copied from `from`.
   struct Branch {
     const FlowTrace* from = nullptr;
@@ -42,6 +43,10 @@ class Policy {
   /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the
   /// caller's to fill.
   virtual FlowTrace predict(const PolicyInput& input, const PredictOptions& options) = 0;
+  /// `count` predictions of one scene with the seeds seed, seed + 1, …, each the same as predict's with its
+  /// seed. A branch keeps the noise that it has: one sample.
+  virtual std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
+                                                 int count);
   /// Optimiser steps behind the weights.
   virtual std::uint64_t generation() const = 0;
 };

@@ -1,10 +1,10 @@
-// The small maths of a prediction: radius, rotation, normalisation, noise path, words.
+// The small maths of a prediction: radius, rotation, normalisation, words, noise.
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <stdexcept>
 
-#include "policy/objective.h"
+#include "policy/random.h"
 #include "policy/rotation6.h"
 #include "policy/words.h"
 
@@ -48,32 +48,6 @@ TEST(PositionScale, MapsTheWidenedBoxToPlusMinusOne) {
   const auto scale = PositionScale::from_bounds({{0.1, -0.3, 0.8}, {0.5, 0.3, 0.9}});
   EXPECT_TRUE(scale.normalise({0.54, 0.34, 0.94}).isApprox(Eigen::Vector3d::Ones(), 1e-12));
   EXPECT_TRUE(scale.denormalise({-1, -1, -1}).isApprox(Eigen::Vector3d(0.06, -0.34, 0.76), 1e-12));
-}
-
-TEST(FlowMatching, PathAndVelocityAgree) {
-  const auto cfm = make_objective("cfm");
-  Vector9 noise{}, action{};
-  for (std::size_t i = 0; i < 9; ++i)
-    noise[i] = 0.3 * static_cast<double>(i) - 1, action[i] = 0.5 - 0.1 * static_cast<double>(i);
-  EXPECT_EQ(cfm->noisy(noise, action, 0), noise);
-  for (const double t : {0.0, 0.3, 0.9}) {
-    const Vector9 v = cfm->velocity_to(action, cfm->noisy(noise, action, t), t);
-    for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(v[i], action[i] - noise[i], 1e-12);  // u = x1 - x0
-  }
-  EXPECT_THROW(make_objective("unknown"), std::invalid_argument);
-}
-
-TEST(FlowMatching, TimesAreLogitSymmetricAndInside) {
-  const auto cfm = make_objective("cfm");
-  Random random(1);
-  int below_half = 0;
-  for (int i = 0; i < 4000; ++i) {
-    const double t = cfm->draw_time(random);
-    ASSERT_GT(t, 0);
-    ASSERT_LT(t, 1);
-    below_half += t < 0.5;
-  }
-  EXPECT_NEAR(below_half, 2000, 150);
 }
 
 TEST(Words, ColoursCarryTheirValueAndOrder) {
