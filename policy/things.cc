@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "policy/point_grid.h"
 
 namespace flowscope {
 namespace {
@@ -39,21 +42,44 @@ std::vector<Extent> extents(const std::vector<Vector3f>& position, const std::ve
 }  // namespace
 
 std::vector<int> find_things(const std::vector<Vector3f>& position, const std::vector<char>& skip) {
-  std::vector<int> thing(position.size(), -1);
-  std::vector<std::size_t> open;
-  for (std::size_t i = 0, count = 0; i < position.size(); ++i) {
-    if (skip[i] || thing[i] >= 0) continue;
+  std::vector<Vector3f> place;
+  std::vector<std::size_t> source;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    if (skip[i]) continue;
+    place.push_back(position[i]);
+    source.push_back(i);
+  }
+  const PointGrid grid(place, link_m);
+  // Slots of each range that no thing has yet: a found one is stepped over ever after.
+  std::vector<int> next(place.size() + 1);
+  std::iota(next.begin(), next.end(), 0);
+  std::vector<int> slot_of(place.size()), thing(position.size(), -1), open;
+  for (std::size_t slot = 0; slot < place.size(); ++slot)
+    slot_of[static_cast<std::size_t>(grid.index()[slot])] = static_cast<int>(slot);
+  const auto free_from = [&next](int slot) {
+    while (next[static_cast<std::size_t>(slot)] != slot) {
+      int& at = next[static_cast<std::size_t>(slot)];
+      slot = at = next[static_cast<std::size_t>(at)];
+    }
+    return slot;
+  };
+  const auto put = [&](int slot, int id) {
+    next[static_cast<std::size_t>(slot)] = slot + 1;
+    thing[source[static_cast<std::size_t>(grid.index()[static_cast<std::size_t>(slot)])]] = id;
+    open.push_back(slot);
+  };
+  for (std::size_t i = 0, count = 0; i < place.size(); ++i) {
+    if (thing[source[i]] >= 0) continue;
     const int id = static_cast<int>(count++);
-    thing[i] = id;
-    open = {i};
+    put(slot_of[i], id);
     while (!open.empty()) {
-      const Vector3f p = position[open.back()];
+      const Vector3f p = grid.position()[static_cast<std::size_t>(open.back())];
       open.pop_back();
-      for (std::size_t j = 0; j < position.size(); ++j) {
-        if (skip[j] || thing[j] >= 0 || (position[j] - p).squaredNorm() > link_m * link_m) continue;
-        thing[j] = id;
-        open.push_back(j);
-      }
+      grid.near(p, link_m, [&](int first, int last) {
+        for (int slot = free_from(first); slot < last; slot = free_from(slot + 1))
+          if ((grid.position()[static_cast<std::size_t>(slot)] - p).squaredNorm() <= link_m * link_m)
+            put(slot, id);
+      });
     }
   }
   return thing;
