@@ -30,7 +30,6 @@ void visit_header(Model& m, Progress& p, Field&& field) {
   field("objective", m.objective_name);
   visit_rates(p.rates, field);
   field("preset", p.options.preset);
-  field("augment", p.options.augment);
   field("seed", p.options.seed);
   field("expected_minutes", p.options.expected_minutes);
   field("step", p.status.step);
@@ -44,6 +43,15 @@ void visit_header(Model& m, Progress& p, Field&& field) {
 /// What came later: a file written before has it at its default.
 template <typename Model, typename Progress, typename Field>
 void visit_later(Model& m, Progress& p, Field&& field) {
+  field("augment_move", p.options.augment.move);
+  field("augment_recolor", p.options.augment.recolor);
+  field("augment_shuffle", p.options.augment.shuffle);
+  field("augment_crop", p.options.augment.crop);
+  field("loss_flow", p.status.loss_flow);
+  field("loss_open", p.status.loss_open);
+  field("loss_position", p.status.loss_position);
+  field("loss_rotation", p.status.loss_rotation);
+  field("skipped", p.status.skipped);
   field("expected_steps", p.options.expected_steps);
   visit_later_shape(m.shape, field);
   visit_later_rates(p.rates, field);
@@ -122,11 +130,11 @@ void write_checkpoint(const std::filesystem::path& file, const Model& model, con
   Container container;
   container.text["policy"] = header_of(model, progress);
   for (const auto& [name, tensor] : places_of(model, optimizer))
-    container.tensors.push_back({name, tensor.contiguous()});
+    container.tensors.push_back({name, tensor.cpu().contiguous()});
   write_container(file, container);
 }
 
-LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
+LoadedCheckpoint read_checkpoint(const std::filesystem::path& file, const torch::Device& device) {
   const Container container = read_container(file);
   try {
     const auto text = container.text.find("policy");
@@ -135,6 +143,9 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
     Model read;
     TrainProgress progress;
     visit_header(read, progress, [&json](const char* name, auto& value) { json.at(name).get_to(value); });
+    // Before there were kinds of augmentation there was one switch.
+    if (json.contains("augment") && !json.at("augment").get<bool>())
+      progress.options.augment = Augmentation::none();
     visit_later(read, progress, [&json](const char* name, auto& value) {
       if (json.contains(name)) json.at(name).get_to(value);
     });
@@ -144,11 +155,16 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file) {
     progress.options.objective = read.objective_name;
     progress.options.grounded = read.shape.grounded;
     progress.options.point_encoder = read.shape.point_encoder;
+    progress.options.binding = read.shape.binding;
+    progress.options.times = progress.rates.times;
+    progress.options.scenes = progress.rates.scenes;
     LoadedCheckpoint loaded{make_model(read.shape, read.radius, read.backbone, read.objective_name, 0),
                             nullptr, std::move(progress)};
     loaded.model.vocabulary.restore(json.at("known_words").get<std::vector<std::string>>());
     loaded.model.bounds = box_of(json.at("bounds").get<std::vector<double>>());
     loaded.model.scale = PositionScale::from_bounds(loaded.model.bounds);
+    loaded.model.objective = make_objective(read.objective_name, loaded.progress.rates.times);
+    loaded.model.network->to(device);
     loaded.optimizer = make_optimizer(loaded.model, loaded.progress.rates);
     loaded.optimizer->steps = loaded.progress.optimizer_steps;
     copy_tensors(container, places_of(loaded.model, *loaded.optimizer));
@@ -162,7 +178,7 @@ std::string weights_sha256(const Model& model) {
   std::vector<std::uint8_t> bytes;
   for (const auto& item : model.network->named_parameters()) {
     bytes.insert(bytes.end(), item.key().begin(), item.key().end());
-    const torch::Tensor t = item.value().detach().contiguous();
+    const torch::Tensor t = item.value().detach().cpu().contiguous();
     const auto* first = static_cast<const std::uint8_t*>(t.data_ptr());
     bytes.insert(bytes.end(), first, first + t.nbytes());
   }

@@ -29,8 +29,9 @@ struct LoadedCheckpoint {
   std::unique_ptr<AdamW> optimizer;
   TrainProgress progress;
 };
-/// Throws BadCheckpoint naming file and place.
-LoadedCheckpoint read_checkpoint(const std::filesystem::path& file);
+/// Network and optimiser on `device`. Throws BadCheckpoint naming file and place.
+LoadedCheckpoint read_checkpoint(const std::filesystem::path& file,
+                                 const torch::Device& device = torch::kCPU);
 
 /// An optimiser over the model's weights with zero moments.
 std::unique_ptr<AdamW> make_optimizer(const Model& model, const TrainRates& rates);

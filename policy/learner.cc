@@ -2,10 +2,14 @@
 
 #include <cmath>
 
+#include "policy/data_parallel.h"
+#include "policy/on_device.h"
+
 namespace flowscope {
 namespace {
 
 constexpr double flow_weight = 100, open_weight = 10, precise_weight = 20;
+constexpr int scenes_per_part = 4;  // fewer keep a core busy with overhead
 
 struct Targets {
   torch::Tensor action;  ///< [B, 9] end point when grounded, else the objective's target
@@ -13,26 +17,42 @@ struct Targets {
   torch::Tensor open;    ///< [B]
 };
 
+/// Some scenes of a batch with their noisy poses, as tensors on the CPU.
+struct Part {
+  SceneBatch scenes;
+  DrawBatch draws;
+  Targets targets;
+};
+
 void put_row(torch::Tensor& rows, std::size_t at, const Vector9& v) {
   float* row = rows.data_ptr<float>() + at * v.size();
   for (std::size_t i = 0; i < v.size(); ++i) row[i] = static_cast<float>(v[i]);
 }
 
-}  // namespace
+/// A stream that has nothing to do with that of another index, though their seeds are neighbours.
+Random stream_of_scene(std::uint64_t seed, std::int64_t index) {
+  return Random(Random(seed ^ (static_cast<std::uint64_t>(index + 1) * 0xD1B54A32D192ED03ull)).bits());
+}
 
-StepLoss learn_once(Model& model, AdamW& optimizer, const TrainingSet& data, const TrainRates& rates,
-                    bool augmented, double learning_rate, Random& random) {
-  std::vector<Sample> samples;
-  for (int s = 0; s < rates.scenes; ++s) {
-    const Sample& drawn = data.draw(random);
-    samples.push_back(augmented ? augment(drawn, rates, model.scale.center, random) : drawn);
-  }
-  const auto count = static_cast<std::int64_t>(rates.scenes) * rates.draws;
+Sample drawn_sample(const Model& model, const TrainingSet& data, const TrainRates& rates,
+                    const Augmentation& kinds, Random& random) {
+  const Sample& drawn = data.draw(random);
+  if (!kinds.any()) return drawn;
+  if (!kinds.crop) return augment(drawn, rates, model.scale.center, random, kinds);
+  return augment(with_cropped_pictures(drawn, model.bounds, model.shape, random), rates, model.scale.center,
+                 random, kinds);
+}
+
+/// Scenes first … last - 1 of the whole batch.
+Part make_part(const Model& model, const TrainingSet& data, const TrainRates& rates, const LearnStep& how,
+               std::int64_t first, std::int64_t last) {
+  const std::int64_t count = (last - first) * rates.draws;
   Targets targets{torch::empty({count, 9}), torch::empty({count, 1}), torch::empty({count})};
-  std::vector<const SceneInput*> scenes;
+  std::vector<Sample> samples;
   std::vector<Draw> draws;
-  for (const Sample& s : samples) {
-    scenes.push_back(&s.input);
+  for (std::int64_t index = first; index < last; ++index) {
+    Random random = stream_of_scene(how.seed, index);
+    const Sample& s = samples.emplace_back(drawn_sample(model, data, rates, how.augment, random));
     const Vector9 x1 = encode_pose(s.target.world_from_tool, model.scale);
     for (int d = 0; d < rates.draws; ++d) {
       Vector9 x0;
@@ -46,23 +66,70 @@ StepLoss learn_once(Model& model, AdamW& optimizer, const TrainingSet& data, con
       draws.push_back({x, t, model.radius.radius_m(t), model.radius.kind == "off"});
     }
   }
+  std::vector<const SceneInput*> scenes;
+  for (const Sample& s : samples) scenes.push_back(&s.input);
+  return {make_scene_batch(scenes, model.shape, model.scale),
+          make_draw_batch(scenes, draws, model.shape, model.scale), targets};
+}
 
-  const SceneMemory memory = model.network->encode(make_scene_batch(scenes, model.shape, model.scale));
-  const NetworkOutput out =
-      model.network->forward(memory, make_draw_batch(scenes, draws, model.shape, model.scale), model.scale);
-  const torch::Tensor error = out.action - targets.action;
-  const torch::Tensor flow = (error.square() * targets.weight).mean();
-  const torch::Tensor open = torch::binary_cross_entropy_with_logits(out.open_logit, targets.open);
-  torch::Tensor loss = flow_weight * flow + open_weight * open;
-  if (model.shape.grounded) loss = loss + precise_weight * (error.abs() * targets.weight.sqrt()).mean();
+/// [total, flow, position, rotation, open] of one part; the first is differentiable.
+struct PartLoss {
+  torch::Tensor total, parts;
+};
 
-  StepLoss result{loss.item<double>(), flow.item<double>(), open.item<double>(), false};
-  result.skipped = !std::isfinite(result.total);
-  if (!result.skipped) {
-    loss.backward();
-    result.skipped = !std::isfinite(optimizer.step(learning_rate));
-  }
-  return result;
+PartLoss loss_of(FlowRamNetwork& network, const Model& model, Part part, const torch::Device& device) {
+  const SceneMemory memory = network->encode(on_device(std::move(part.scenes), device));
+  const NetworkOutput out = network->forward(memory, on_device(std::move(part.draws), device), model.scale);
+  const torch::Tensor weight = part.targets.weight.to(device), open_target = part.targets.open.to(device);
+  const torch::Tensor error = out.action - part.targets.action.to(device);
+  const torch::Tensor squared = error.square() * weight;
+  const torch::Tensor flow = squared.mean();
+  const torch::Tensor open = torch::binary_cross_entropy_with_logits(out.open_logit, open_target);
+  torch::Tensor total = flow_weight * flow + open_weight * open;
+  if (model.shape.grounded) total = total + precise_weight * (error.abs() * weight.sqrt()).mean();
+  const torch::Tensor mean_of_number = squared.detach().mean(0);
+  return {total, torch::stack({total.detach(), flow.detach(), mean_of_number.narrow(0, 0, 3).mean(),
+                               mean_of_number.narrow(0, 3, 6).mean(), open.detach()})
+                     .to(torch::kCPU, torch::kFloat64)};
+}
+
+}  // namespace
+
+Replicas make_replicas(const Model& model, const TrainRates& rates, const torch::Device& device) {
+  const int parts = device.is_cpu() ? (rates.scenes + scenes_per_part - 1) / scenes_per_part : 1;
+  return Replicas(model.network, model.shape, model.backbone, parts);
+}
+
+StepLoss add_gradients(const Model& model, Replicas& replicas, AdamW& optimizer, const TrainingSet& data,
+                       const TrainRates& rates, const LearnStep& how) {
+  const std::int64_t before = static_cast<std::int64_t>(how.exchange.rank()) * rates.scenes;
+  const int parts = replicas.count();
+  torch::Tensor losses = torch::zeros({parts, 5}, torch::kFloat64);
+  replicas.run(at::get_num_threads(), [&](int part, FlowRamNetwork& network) {
+    const std::int64_t first = static_cast<std::int64_t>(rates.scenes) * part / parts,
+                       last = static_cast<std::int64_t>(rates.scenes) * (part + 1) / parts;
+    const double share = static_cast<double>(last - first) / rates.scenes;
+    const PartLoss loss = loss_of(
+        network, model, make_part(model, data, rates, how, before + first, before + last), how.device);
+    losses[part].copy_(loss.parts * share);
+    (loss.total * share).backward();
+  });
+  const torch::Tensor sum = losses.sum(0);
+  const double* s = sum.data_ptr<double>();
+  StepLoss loss{s[0], s[1], s[2], s[3], s[4], false};
+  average_over_ranks(optimizer, loss, how.exchange);
+  return loss;
+}
+
+StepLoss learn_once(const Model& model, Replicas& replicas, AdamW& optimizer, const TrainingSet& data,
+                    const TrainRates& rates, const LearnStep& how) {
+  StepLoss loss = add_gradients(model, replicas, optimizer, data, rates, how);
+  loss.skipped = !std::isfinite(loss.total);
+  if (loss.skipped)
+    optimizer.clear_gradients();
+  else
+    loss.skipped = !std::isfinite(optimizer.step(how.learning_rate));
+  return loss;
 }
 
 }  // namespace flowscope

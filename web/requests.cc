@@ -133,7 +133,7 @@ TrainRequest train_request(const Json& body) {
   else if (encoder && !encoder->is_null())
     options.point_encoder = fields.boolean("point_encoder");
   if (fields.has("grounded")) options.grounded = fields.boolean("grounded");
-  if (fields.has("augment")) options.augment = fields.boolean("augment");
+  if (fields.has("augment") && !fields.boolean("augment")) options.augment = Augmentation::none();
   if (fields.has("seed")) options.seed = fields.seed("seed");
   if (fields.has("steps")) request.steps = fields.integer("steps", 1, std::int64_t{1} << 40);
   if (fields.has("minutes")) {

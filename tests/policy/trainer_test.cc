@@ -254,7 +254,7 @@ TEST(Trainer, SaysWhatItCannotDo) {
 TEST(Trainer, OverfitsOneDemonstration) {
   TrainOptions options;
   options.preset = "nano";
-  options.augment = false;
+  options.augment = Augmentation::none();
   options.expected_steps = 1200;
   auto trainer = Trainer::create(options);
   trainer->add(demo());
