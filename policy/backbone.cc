@@ -5,6 +5,7 @@
 
 #include "policy/mamba.h"
 #include "policy/plain_scan.h"
+#include "policy/transformer.h"
 
 namespace flowscope {
 namespace {
@@ -55,7 +56,8 @@ BackboneState repeat_rows(const BackboneState& state, std::int64_t draws) {
 
 Backbone make_backbone(const std::string& kind, const BackboneOptions& options) {
   if (kind == "mamba") return std::make_shared<MambaStack>(options);
-  throw std::invalid_argument("backbone '" + kind + "' is not available; the one there is: mamba");
+  if (kind == "transformer") return make_transformer(options);
+  throw std::invalid_argument("backbone '" + kind + "' is not available; there are: mamba, transformer");
 }
 
 }  // namespace flowscope
