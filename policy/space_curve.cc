@@ -7,7 +7,8 @@ CurveCell curve_cell(const CurveCube& cube, const Eigen::Vector3f& point) {
           static_cast<std::uint32_t>(u.z())};
 }
 
-std::uint32_t hilbert_code(CurveCell cell, int bits) {
+std::uint32_t hilbert_code(const CurveCell& of, int bits) {
+  CurveCell cell = of;
   // From the coarsest halving to the finest: turn what lies below into the curve's first octant.
   for (std::uint32_t half = 1u << (bits - 1); half > 1; half >>= 1) {
     const std::uint32_t below = half - 1;

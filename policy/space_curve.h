@@ -32,7 +32,7 @@ constexpr std::uint32_t morton_code(const CurveCell& cell) {
 }
 /// Place along the Hilbert curve, whose every step goes to a neighbouring cell (Skilling 2004,
 /// doi:10.1063/1.1751381).
-std::uint32_t hilbert_code(CurveCell cell, int bits = kCurveBits);
+std::uint32_t hilbert_code(const CurveCell& cell, int bits = kCurveBits);
 /// The same curve with x and y exchanged: it keeps other neighbours together (as in PointMamba,
 /// arXiv:2402.10739).
 std::uint32_t transposed_hilbert_code(const CurveCell& cell, int bits = kCurveBits);

@@ -31,7 +31,8 @@ TEST(SpaceCurve, HilbertVisitsEveryCellOnceByStepsToNeighbours) {
           }
       for (std::size_t i = 0; i < cell_at.size(); ++i) {
         ASSERT_EQ(visits[i], 1) << "cell " << i << " of " << bits << " bits";
-        if (i > 0) ASSERT_EQ(steps_between(cell_at[i - 1], cell_at[i]), 1) << i << " of " << bits << " bits";
+        ASSERT_EQ(steps_between(cell_at[i == 0 ? 1 : i - 1], cell_at[i]), 1)
+            << i << " of " << bits << " bits";
       }
     }
   }

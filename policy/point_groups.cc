@@ -1,0 +1,75 @@
+#include "policy/point_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "policy/farthest_points.h"
+#include "policy/space_curve.h"
+
+namespace flowscope {
+namespace {
+
+using Eigen::Vector3f;
+
+int lowest(std::span<const Vector3f> position) {
+  const auto before = [](const Vector3f& a, const Vector3f& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  return static_cast<int>(std::min_element(position.begin(), position.end(), before) - position.begin());
+}
+
+CurveCube cube_around(std::span<const Vector3f> position) {
+  Vector3f low = position[0], high = position[0];
+  for (const Vector3f& p : position) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return {low, std::max((high - low).maxCoeff(), 1e-6f)};
+}
+
+template <typename Code>
+std::vector<int> order_along(const std::vector<CurveCell>& cell, Code code) {
+  std::vector<std::pair<std::uint32_t, int>> keyed;
+  for (std::size_t g = 0; g < cell.size(); ++g) keyed.emplace_back(code(cell[g]), static_cast<int>(g));
+  std::sort(keyed.begin(), keyed.end());
+  std::vector<int> order;
+  for (const auto& [place, g] : keyed) order.push_back(g);
+  return order;
+}
+
+}  // namespace
+
+PointGroups group_points(std::span<const Vector3f> position, int groups, int size) {
+  const int n = static_cast<int>(position.size());
+  if (groups < 1 || size < 1 || groups > n || size > n)
+    throw std::invalid_argument("point groups: " + std::to_string(groups) + " groups of " +
+                                std::to_string(size) + " wanted from " + std::to_string(n) + " points");
+  PointGroups out;
+  out.center = farthest_points({.position = position}, groups, lowest(position));
+  out.neighbour.reserve(static_cast<std::size_t>(groups) * static_cast<std::size_t>(size));
+  std::vector<std::pair<float, int>> by_distance(position.size());
+  for (const int c : out.center) {
+    const Vector3f& center = position[static_cast<std::size_t>(c)];
+    for (int i = 0; i < n; ++i)
+      by_distance[static_cast<std::size_t>(i)] = {
+          (position[static_cast<std::size_t>(i)] - center).squaredNorm(), i};
+    std::nth_element(by_distance.begin(), by_distance.begin() + size - 1, by_distance.end());
+    std::sort(by_distance.begin(), by_distance.begin() + size);
+    for (int j = 0; j < size; ++j) out.neighbour.push_back(by_distance[static_cast<std::size_t>(j)].second);
+    out.reach_m +=
+        std::sqrt(by_distance[static_cast<std::size_t>(size - 1)].first) / static_cast<float>(groups);
+  }
+
+  const CurveCube cube = cube_around(position);
+  std::vector<CurveCell> cell;
+  for (const int c : out.center) cell.push_back(curve_cell(cube, position[static_cast<std::size_t>(c)]));
+  out.hilbert = order_along(cell, [](const CurveCell& c) { return hilbert_code(c); });
+  out.transposed_hilbert = order_along(cell, [](const CurveCell& c) { return transposed_hilbert_code(c); });
+  return out;
+}
+
+}  // namespace flowscope
