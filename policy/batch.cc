@@ -114,19 +114,23 @@ DrawBatch make_draw_batch(const std::vector<const SceneInput*>& scenes, const st
   const auto count = static_cast<std::int64_t>(draws.size());
   const std::int64_t n = shape.region_points;
   const std::size_t per_scene = draws.size() / scenes.size();
-  DrawBatch b{
-      torch::empty({count, 9}),    torch::empty({count}),       torch::empty({count, n, region_features}),
-      torch::empty({count, n, 3}), torch::empty({count, n, 4}), torch::empty({count, n, 3})};
-  Writer x(b.x), t(b.t), feature(b.region_feature), position(b.region_position), moments(b.region_moments),
-      color(b.region_color);
+  DrawBatch b{.x = torch::empty({count, 9}),
+              .t = torch::empty({count}),
+              .region_feature = torch::empty({count, n, region_features}),
+              .region_position = torch::empty({count, n, 3}),
+              .region_place = torch::empty({count, n, 3}),
+              .region_moments = torch::empty({count, n, 4}),
+              .region_color = torch::empty({count, n, 3})};
+  Writer x(b.x), t(b.t), feature(b.region_feature), position(b.region_position), place(b.region_place),
+      moments(b.region_moments), color(b.region_color);
   for (std::size_t d = 0; d < draws.size(); ++d) {
     const SceneInput& in = *scenes[d / per_scene];
     const Draw& draw = draws[d];
     const ToolView tool = tool_view(in, scale);
     const Vector3f center = scale.denormalise(Eigen::Map<const Eigen::Vector3d>(draw.x.data())).cast<float>();
     const auto radius = static_cast<float>(draw.radius_m);
-    RegionPoints region =
-        select_region(in.scene->points, center, radius, shape.region_points, draw.everywhere);
+    RegionPoints region = select_region(in.scene->points, center, radius, shape.region_points,
+                                        draw.everywhere, sphere_rule(shape));
     for (const double v : draw.x) x.put(static_cast<float>(v));
     t.put(static_cast<float>(draw.t));
     for (std::size_t i = 0; i < region.index.size(); ++i) {
@@ -138,6 +142,7 @@ DrawBatch make_draw_batch(const std::vector<const SceneInput*>& scenes, const st
       feature.put(std::min(relative.norm() / radius, 3.f));
       feature.put(region.inside[i] ? 1.f : 0.f);
       position.put(p.around.middle);
+      place.put(p.position);
       put_moments(moments, p);
       color.put(p.color);
     }

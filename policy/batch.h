@@ -40,6 +40,7 @@ struct DrawBatch {
   torch::Tensor t;                ///< [B]
   torch::Tensor region_feature;   ///< [B, n, region_features]
   torch::Tensor region_position;  ///< [B, n, 3] metres, world: the middle of what the point belongs to
+  torch::Tensor region_place;     ///< [B, n, 3] metres, world: the point itself
   torch::Tensor region_moments;   ///< [B, n, 4]
   torch::Tensor region_color;     ///< [B, n, 3]
 };

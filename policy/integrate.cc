@@ -53,8 +53,7 @@ Evaluation evaluate(const EncodedScene& scene, const Draw& draw) {
   if (out.weights.defined()) {
     const torch::Tensor w = out.weights.contiguous();
     e.weights.assign(w.data_ptr<float>(), w.data_ptr<float>() + w.numel());
-    e.weight_points = rows_of(
-        torch::cat({batch.region_position, scene.memory.image_position, scene.memory.history_position}, 1));
+    e.weight_points = rows_of(out.weight_position);
   }
   return e;
 }

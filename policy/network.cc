@@ -43,7 +43,9 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
                                                           .condition_dim = condition_dim}));
   };
   prefix_ = stack("prefix", shape.prefix_blocks, 0);
-  point_encoder_ = stack("point_encoder", shape.point_encoder ? shape.point_blocks : 0, 0);
+  const bool grouped = shape.point_encoder && shape.point_groups > 0;
+  point_encoder_ = stack("point_encoder", shape.point_encoder && !grouped ? shape.point_blocks : 0, 0);
+  if (grouped) groups_ = register_module("point_groups", PointEncoder(shape, backbone));
   fusion_ = stack("fusion", shape.fusion_blocks, 0);
   velocity_ = stack("velocity", shape.velocity_blocks, c);
   out_norm_ = register_module("out_norm", torch::nn::LayerNorm(torch::nn::LayerNormOptions({c})));
@@ -59,6 +61,7 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
 
 void FlowRamNetworkImpl::compute_by(ScanPath path, bool recompute_prefix) {
   for (const Backbone& stack : {prefix_, point_encoder_, fusion_, velocity_}) stack->run_by(path);
+  if (groups_) groups_->run_by(path);
   recompute_prefix_ = recompute_prefix;
 }
 
@@ -143,6 +146,27 @@ FlowRamNetworkImpl::Fused FlowRamNetworkImpl::fuse(const SceneMemory& m, const t
           all.select(1, history_length + n)};
 }
 
+FlowRamNetworkImpl::Geometry FlowRamNetworkImpl::encode_points(const BoundTokens& bound, const DrawBatch& d) {
+  const torch::Tensor normal = d.region_feature.narrow(2, world_normal_at, 3);
+  if (!groups_)
+    return {point_encoder_->forward(bound.token),
+            bound.token,
+            d.region_position,
+            normal,
+            d.region_moments,
+            bound.mismatch};
+  const GroupTokens g = groups_->forward(bound.token, d.region_place);
+  const auto at_centers = [&g](const torch::Tensor& per_point) {
+    return per_point.gather(1, g.center.unsqueeze(-1).expand({-1, -1, per_point.size(2)}));
+  };
+  return {g.token,
+          at_centers(bound.token),
+          at_centers(d.region_position),
+          at_centers(normal),
+          at_centers(d.region_moments),
+          at_centers(bound.mismatch)};
+}
+
 NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawBatch& d,
                                           const PositionScale& scale) {
   SceneMemory m = memory;
@@ -157,7 +181,8 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
   const BoundTokens bound = region_tokens_(d.region_feature, d.region_color, words,
                                            per_draw(m.word_color, draws), is_color, is_word, mention);
   const torch::Tensor pose = (pose_->forward(d.x) + condition).unsqueeze(1);
-  const Fused fused = fuse(m, point_encoder_->forward(bound.token), pose, condition, draws);
+  const Geometry geometry = encode_points(bound, d);
+  const Fused fused = fuse(m, geometry.token, pose, condition, draws);
   const torch::Tensor action = out_norm_(fused.action) + condition;
 
   NetworkOutput out;
@@ -167,22 +192,20 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
     return out;
   }
   const torch::Tensor past = per_draw(m.history_position, draws);
+  const auto zeros = [&past](std::int64_t columns) {
+    return torch::zeros({past.size(0), past.size(1), columns}, past.options());
+  };
   const GroundingImpl::Points points{
-      torch::cat({fused.region + bound.token, fused.image + per_draw(m.image_raw, draws), fused.history}, 1),
-      torch::cat({d.region_position, per_draw(m.image_position, draws), past}, 1),
-      torch::cat({d.region_feature.narrow(2, world_normal_at, 3), per_draw(m.image_normal, draws),
-                  torch::zeros_like(past)},
-                 1),
-      torch::cat({d.region_moments, per_draw(m.image_moments, draws),
-                  torch::zeros({past.size(0), past.size(1), 4}, past.options())},
-                 1),
-      torch::cat({bound.mismatch, per_draw(m.image_mismatch, draws),
-                  torch::zeros({past.size(0), past.size(1), words.size(1)}, past.options())},
-                 1)};
+      torch::cat({fused.region + geometry.raw, fused.image + per_draw(m.image_raw, draws), fused.history}, 1),
+      torch::cat({geometry.position, per_draw(m.image_position, draws), past}, 1),
+      torch::cat({geometry.normal, per_draw(m.image_normal, draws), zeros(3)}, 1),
+      torch::cat({geometry.moments, per_draw(m.image_moments, draws), zeros(4)}, 1),
+      torch::cat({geometry.mismatch, per_draw(m.image_mismatch, draws), zeros(words.size(1))}, 1)};
   const auto result = grounding_->forward(action, per_draw(m.intent, draws), points, per_draw(m.roles, draws),
                                           is_word, per_draw(m.tool_axes, draws), scale);
   out.action = result.end_point;
   out.weights = result.weights;
+  out.weight_position = points.position;
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include "policy/backbone.h"
 #include "policy/batch.h"
 #include "policy/grounding.h"
+#include "policy/point_encoder.h"
 #include "policy/point_tokens.h"
 
 namespace flowscope {
@@ -29,7 +30,8 @@ struct NetworkOutput {
   torch::Tensor action;      ///< [B, 9] grounded: predicted end point x1; else the velocity. Normalised
   torch::Tensor open_logit;  ///< [B]
   torch::Tensor
-      weights;  ///< [B, n + M + 3] of region, image and history points; undefined for the plain form
+      weights;  ///< [B, n + M + 3] of geometric, image and history tokens; undefined for the plain form
+  torch::Tensor weight_position;  ///< [B, n + M + 3, 3] metres, world: the places that they weigh
 };
 
 /// F_in is one sequence whose action token is last, so that a causal scan lets it see everything. Its order:
@@ -54,6 +56,12 @@ class FlowRamNetworkImpl : public torch::nn::Module {
   struct Fused {
     torch::Tensor region, image, history, action;  ///< [B, n, C], [B, M, C], [B, 3, C], [B, C]
   };
+  /// The geometric tokens before fusion and what the grounded form needs of each.
+  struct Geometry {
+    torch::Tensor token, raw;                           ///< [B, n, C] behind and before the point encoder
+    torch::Tensor position, normal, moments, mismatch;  ///< [B, n, …]
+  };
+  Geometry encode_points(const BoundTokens& bound, const DrawBatch& draws);
   void run_prefix(SceneMemory& memory);
   Fused fuse(const SceneMemory& memory, const torch::Tensor& region, const torch::Tensor& pose,
              const torch::Tensor& condition, std::int64_t draws);
@@ -68,6 +76,7 @@ class FlowRamNetworkImpl : public torch::nn::Module {
   PointTokens image_tokens_{nullptr}, region_tokens_{nullptr};
   Backbone prefix_{nullptr}, point_encoder_{nullptr}, fusion_{nullptr}, velocity_{nullptr};
   torch::nn::LayerNorm out_norm_{nullptr};
+  PointEncoder groups_{nullptr};  ///< instead of point_encoder_ where the shape asks for groups
   Grounding grounding_{nullptr};
   torch::nn::Sequential plain_velocity_{nullptr}, open_{nullptr};
   bool recompute_prefix_ = false;

@@ -38,7 +38,9 @@ SceneBatch on_device(SceneBatch b, const torch::Device& device) {
 }
 
 DrawBatch on_device(DrawBatch b, const torch::Device& device) {
-  move_all({&b.x, &b.t, &b.region_feature, &b.region_position, &b.region_moments, &b.region_color}, device);
+  move_all({&b.x, &b.t, &b.region_feature, &b.region_position, &b.region_place, &b.region_moments,
+            &b.region_color},
+           device);
   return b;
 }
 

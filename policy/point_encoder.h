@@ -29,6 +29,7 @@ class PointEncoderImpl : public torch::nn::Module {
   /// tokens [B, n, C], already bound to words; position [B, n, 3] metres, world. Throws std::invalid_argument
   /// for other shapes and for fewer points than groups or than a group's size.
   GroupTokens forward(const torch::Tensor& tokens, const torch::Tensor& position);
+  void run_by(ScanPath path) { blocks_->run_by(path); }
 
  private:
   void require_fitting(const torch::Tensor& tokens, const torch::Tensor& position) const;

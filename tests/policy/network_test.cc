@@ -48,6 +48,20 @@ TEST(TokenOrder, TheActionSeesThePrefixInEveryOrder) {
   }
 }
 
+TEST(Grounding, WeighsTheCentresOfGroupsWhereThePointEncoderMakesGroups) {
+  NetworkShape shape = toy_shape();
+  shape.point_groups = 6;
+  shape.group_size = 4;
+  const ToyScenes toy(shape, 2, 2);
+  FlowRamNetwork network = toy.model.network;
+  const NetworkOutput out = toy.answer(network, 0, 2);
+  ASSERT_EQ(out.weights.size(1), 2 * 6 + shape.image_tokens + history_length);
+  ASSERT_EQ(out.weight_position.size(1), out.weights.size(1));
+  EXPECT_LT((out.weights.sum(1) - 1).abs().max().item<float>(), 1e-5f);
+  out.action.sum().backward();
+  EXPECT_GT(network->named_parameters()["region_tokens.in.weight"].grad().abs().max().item<float>(), 0);
+}
+
 TEST(Replicas, GiveTheGradientsOfOneNetworkWithTheWholeBatch) {
   const ToyScenes toy(toy_shape(), 4, 2);
   FlowRamNetwork network = toy.model.network;
