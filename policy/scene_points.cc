@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <unordered_map>
 
+#include "policy/farthest_points.h"
 #include "policy/random.h"
 #include "policy/things.h"
 
@@ -96,17 +96,23 @@ float dominant_plane(const std::vector<Candidate>& all, const Box& workspace) {
   return floor_z + (static_cast<float>(fullest) + 0.5f) * layer_m;
 }
 
-// One point per cell: the one nearest to the cell's centre, so positions stay measured ones.
-std::vector<Candidate> thin(const std::vector<Candidate>& all, float plane_z, double voxel_m) {
+bool lies_on(float plane_z, const Vector3f& p) { return std::abs(p.z() - plane_z) < plane_thickness_m; }
+
+// One point per cell: the one nearest to the cell's centre, so positions stay measured ones. All of them
+// where the cells have no size.
+std::vector<Candidate> thin(std::vector<Candidate> all, float plane_z, double voxel_m) {
+  for (Candidate& c : all) c.salience = lies_on(plane_z, c.point.position) ? 0.004f : 1.f;
+  if (voxel_m <= 0) return all;
   struct Cell {
     std::size_t index;
     float distance2;
   };
   std::unordered_map<std::uint64_t, std::size_t> slot_of;
+  slot_of.reserve(all.size());
   std::vector<Cell> cells;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Vector3f& p = all[i].point.position;
-    const bool on_plane = std::abs(p.z() - plane_z) < plane_thickness_m;
+    const bool on_plane = lies_on(plane_z, p);
     const float side = static_cast<float>(on_plane ? 5 * voxel_m : voxel_m);
     const Eigen::Vector3i cell = (p.array() / side).floor().cast<int>();
     std::uint64_t key = on_plane ? 1 : 0;
@@ -120,34 +126,29 @@ std::vector<Candidate> thin(const std::vector<Candidate>& all, float plane_z, do
   }
   std::vector<Candidate> out;
   out.reserve(cells.size());
-  for (const Cell& c : cells) {
-    out.push_back(all[c.index]);
-    if (std::abs(out.back().point.position.z() - plane_z) < plane_thickness_m) out.back().salience = 0.004f;
-  }
+  for (const Cell& c : cells) out.push_back(all[c.index]);
   return out;
 }
 
 // Farthest-point order in position and colour (a full change of colour counts as 20 cm) for the first `even`
 // points.
-void order_by_farthest(std::vector<Candidate>& points, std::size_t even) {
+std::vector<Candidate> in_farthest_order(std::vector<Candidate> points, int even) {
   Random shuffle(7);
   for (std::size_t i = points.size(); i > 1; --i)
     std::swap(points[i - 1], points[static_cast<std::size_t>(shuffle.below(static_cast<int>(i)))]);
-  const std::size_t n = points.size();
-  std::vector<float> distance2(n, std::numeric_limits<float>::max());
-  for (std::size_t chosen = 0; chosen + 1 < std::min(even, n); ++chosen) {
-    const ScenePoint last = points[chosen].point;
-    std::size_t farthest = chosen + 1;
-    for (std::size_t i = chosen + 1; i < n; ++i) {
-      const ScenePoint& p = points[i].point;
-      const float d2 = points[i].salience * ((p.position - last.position).squaredNorm() +
-                                             0.04f * (p.color - last.color).squaredNorm());
-      distance2[i] = std::min(distance2[i], d2);
-      if (distance2[i] > distance2[farthest]) farthest = i;
-    }
-    std::swap(points[chosen + 1], points[farthest]);
-    std::swap(distance2[chosen + 1], distance2[farthest]);
+  std::vector<Vector3f> position, color;
+  std::vector<float> salience;
+  for (const Candidate& c : points) {
+    position.push_back(c.point.position);
+    color.push_back(c.point.color);
+    salience.push_back(c.salience);
   }
+  const FarthestInput input{
+      .position = position, .color = color, .salience = salience, .color_weight = 0.04f};
+  std::vector<Candidate> ordered;
+  ordered.reserve(points.size());
+  for (const int i : farthest_order(input, even)) ordered.push_back(points[static_cast<std::size_t>(i)]);
+  return ordered;
 }
 
 Patch patch_around(const View& view, int x, int y) {
@@ -173,13 +174,13 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
                             const PixelPlaces* places) {
   require_sane(observation);
   const Box workspace = workspace_of(bounds);
-  const std::vector<Candidate> all = collect(observation, places, workspace);
+  std::vector<Candidate> all = collect(observation, places, workspace);
   if (all.empty())
     throw std::invalid_argument("no point of the observation lies inside the policy's workspace");
   PreparedScene scene;
   scene.plane_z = dominant_plane(all, workspace);
-  std::vector<Candidate> points = thin(all, scene.plane_z, shape.voxel_m);
-  order_by_farthest(points, static_cast<std::size_t>(std::max(512, shape.image_tokens)));
+  std::vector<Candidate> points = in_farthest_order(thin(std::move(all), scene.plane_z, shape.voxel_m),
+                                                    std::max(512, shape.image_tokens));
   points.resize(std::min<std::size_t>(points.size(), static_cast<std::size_t>(shape.scene_points)));
   scene.points.reserve(points.size());
   for (Candidate& c : points) {
@@ -194,7 +195,7 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
   for (const ScenePoint& p : scene.points) {
     position.push_back(p.position);
     color.push_back(p.color);
-    on_plane.push_back(std::abs(p.position.z() - scene.plane_z) < plane_thickness_m);
+    on_plane.push_back(lies_on(scene.plane_z, p.position));
   }
   const std::vector<Surroundings> around = find_surroundings(position, color, on_plane);
   for (std::size_t i = 0; i < scene.points.size(); ++i) scene.points[i].around = around[i];

@@ -22,7 +22,7 @@ struct ScenePoint {
 inline constexpr int patch_side = 8, patch_values = patch_side * patch_side * 3;
 using Patch = std::array<float, patch_values>;
 
-/// Points are in farthest-point order at the front (an even cover of the scene) and in a fixed shuffled order
+/// Points are in farthest-point order (position and colour) at the front and in a fixed shuffled order
 /// behind, so the first n of them that lie inside any sphere cover it evenly. The first `patches.size()`
 /// points are the places of the semantic tokens.
 struct PreparedScene {
@@ -35,10 +35,10 @@ struct PreparedScene {
 /// Where each pixel of each view stands, metres, world: [view][y * width + x]; (0, 0, 0) without a depth.
 using PixelPlaces = std::vector<std::vector<Eigen::Vector3d>>;
 
-/// Cloud from RGB-D inside `bounds` widened to the workspace; fine grid on things, coarse grid on the
-/// dominant plane; deterministic. Throws std::invalid_argument when views are missing, of odd sizes, or no
-/// point is inside. `places` tells of pictures whose pixels no longer stand where their cameras say
-/// (picture_crop.h).
+/// Cloud from RGB-D inside `bounds` widened to the workspace; fine grid of `shape.voxel_m` on things, coarse
+/// grid on the dominant plane (voxel_m 0: every pixel); deterministic. 65 536 pixels take tens of ms. Throws
+/// std::invalid_argument when views are missing, of odd sizes, or no point is inside. `places` tells of
+/// pictures whose pixels no longer stand where their cameras say (picture_crop.h).
 PreparedScene prepare_scene(const Observation& observation, const Box& bounds, const NetworkShape& shape,
                             const PixelPlaces* places = nullptr);
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "policy/random.h"
 #include "policy/sample.h"
 #include "tests/support/synthetic_demo.h"
@@ -31,6 +33,54 @@ TEST(Region, TakesOnlyPointsInsideWhenThereAreEnough) {
   ASSERT_EQ(region.index.size(), 64u);
   for (const int i : region.index)
     EXPECT_LE((points[static_cast<std::size_t>(i)].position - center).norm(), 0.3f);
+}
+
+TEST(Region, TakesFarthestPointsOfAllInsideByThatRule) {
+  const auto points = cloud(3000);
+  const Eigen::Vector3f center(0.1f, 0, -0.1f);
+  const RegionPoints region = select_region(points, center, 0.3f, 64, false, SphereRule::farthest);
+  std::vector<int> inside;
+  for (int i = 0; i < 3000; ++i)
+    if ((points[static_cast<std::size_t>(i)].position - center).norm() <= 0.3f) inside.push_back(i);
+  EXPECT_EQ(region.points_inside, static_cast<int>(inside.size()));
+  const auto gap2 = [&](int i, const std::vector<int>& to) {
+    float nearest = 1e9f;
+    for (const int j : to)
+      nearest = std::min(nearest, (points[static_cast<std::size_t>(i)].position -
+                                   points[static_cast<std::size_t>(j)].position)
+                                      .squaredNorm());
+    return nearest;
+  };
+  std::vector<int> expected{inside.front()};
+  while (expected.size() < 64)
+    expected.push_back(*std::max_element(
+        inside.begin(), inside.end(), [&](int a, int b) { return gap2(a, expected) < gap2(b, expected); }));
+  std::vector<int> taken = region.index;
+  std::sort(taken.begin(), taken.end());
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(taken, expected);
+  EXPECT_EQ(std::count(region.inside.begin(), region.inside.end(), 1), 64);
+}
+
+TEST(Region, RulesAgreeWhereAllInsideAreWanted) {
+  const auto points = cloud(500);
+  for (const float radius : {0.05f, 0.2f}) {
+    const RegionPoints plain = select_region(points, {0, 0, 0}, radius, 128);
+    const RegionPoints far = select_region(points, {0, 0, 0}, radius, 128, false, SphereRule::farthest);
+    EXPECT_LE(plain.points_inside, 128);
+    EXPECT_EQ(plain.index, far.index);
+    EXPECT_EQ(plain.inside, far.inside);
+  }
+  const RegionPoints all = select_region(points, {0, 0, 0}, 0.05f, 128, true, SphereRule::farthest);
+  EXPECT_EQ(all.points_inside, 500);
+  EXPECT_EQ(std::count(all.inside.begin(), all.inside.end(), 1), 128);
+}
+
+TEST(Region, RuleFollowsFromTheNumberOfCandidates) {
+  NetworkShape shape;
+  EXPECT_EQ(sphere_rule(shape), SphereRule::scene_order);
+  shape.scene_points = 65536;
+  EXPECT_EQ(sphere_rule(shape), SphereRule::farthest);
 }
 
 TEST(Region, PadsWithTheNearestOutsideAndSaysSo) {
@@ -77,6 +127,24 @@ TEST(ScenePoints, LieOnTheThingsAndCoverThem) {
     }
     EXPECT_GT(near, 8);
   }
+}
+
+TEST(ScenePoints, KeepEveryPixelWhereTheGridHasNoSize) {
+  const Demo demo = testing::toy_push_buttons(4);
+  NetworkShape shape;
+  shape.scene_points = 65536;
+  shape.voxel_m = 0;
+  const PreparedScene scene = prepare_scene(demo.start, demo.bounds, shape);
+  const Box workspace = workspace_of(demo.bounds);
+  std::size_t pixels = 0;
+  for (const View& view : demo.start.views)
+    for (int y = 0; y < view.camera.height; ++y)
+      for (int x = 0; x < view.camera.width; ++x) {
+        const float depth = view.depth.at(x, y);
+        pixels += depth > 0 && workspace.contains(view.camera.unproject(x + 0.5, y + 0.5, depth));
+      }
+  EXPECT_EQ(scene.points.size(), pixels);
+  EXPECT_GT(pixels, 10000u);
 }
 
 TEST(ScenePoints, RefuseAPictureThatDoesNotFit) {

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "policy/surroundings.h"
 #include "policy/symmetric_yaw.h"
@@ -80,6 +83,65 @@ TEST(Surroundings, TurnAndShiftWithTheScene) {
   EXPECT_LT((before.bar - after.bar).norm(), 1e-4f);
 }
 
+struct Tinted {
+  std::vector<Vector3f> place, color;
+  std::vector<char> skip;
+};
+
+/// Heaps of points, some alike in colour, some skipped; most neighbours share cells with strangers.
+Tinted heaps(int count) {
+  Random random(9);
+  const auto vector = [&random](double reach) {
+    Vector3f v;
+    for (float& x : v) x = static_cast<float>(random.uniform(-reach, reach));
+    return v;
+  };
+  Tinted t;
+  for (int i = 0; i < count; ++i) {
+    const float heap = 0.3f * static_cast<float>(random.below(4));
+    t.place.push_back(vector(i % 5 == 0 ? 0.4 : 0.05) + Vector3f(heap, -heap, 0.75f));
+    t.color.push_back(Vector3f::Constant(0.5f) + vector(0.25));
+    t.skip.push_back(random.below(6) == 0);
+  }
+  return t;
+}
+
+/// Mean shift as it is written down: every point against every other.
+Surroundings plain_surroundings(const Tinted& t, std::size_t i) {
+  Surroundings out;
+  out.middle = t.place[i];
+  if (t.skip[i]) return out;
+  std::vector<std::size_t> near;
+  for (int round = 0; round < 3; ++round) {
+    near.clear();
+    Vector3f sum = Vector3f::Zero();
+    for (std::size_t j = 0; j < t.place.size(); ++j) {
+      if (t.skip[j] || (t.place[j] - out.middle).squaredNorm() > 0.045f * 0.045f ||
+          (t.color[j] - t.color[i]).squaredNorm() > 0.3f * 0.3f)
+        continue;
+      near.push_back(j);
+      sum += t.place[j];
+    }
+    if (near.empty()) break;
+    out.middle = sum / static_cast<float>(near.size());
+  }
+  out.neighbours = static_cast<int>(near.size());
+  return out;
+}
+
+TEST(Surroundings, AreThoseOfThePlainMeanShiftToTheBit) {
+  const Tinted t = heaps(1500);
+  const auto around = find_surroundings(t.place, t.color, t.skip);
+  int most = 0;
+  for (std::size_t i = 0; i < around.size(); ++i) {
+    const Surroundings plain = plain_surroundings(t, i);
+    EXPECT_EQ(around[i].middle, plain.middle) << "point " << i;
+    EXPECT_EQ(around[i].neighbours, plain.neighbours) << "point " << i;
+    most = std::max(most, plain.neighbours);
+  }
+  EXPECT_GT(most, 20);
+}
+
 TEST(SymmetricYaw, TakesTheEqualTurnNearestToTheTool) {
   const double yaw = 0.2;
   const torch::Tensor moment = torch::tensor({{{std::cos(4 * yaw), std::sin(4 * yaw)}}}, torch::kFloat32);
@@ -116,6 +178,34 @@ TEST(Things, WhatHangsTogetherIsOneThing) {
   EXPECT_EQ(thing_at(t.points, t.thing, 0.752f, {0.3f, 0.2f, 0.9f}), 1) << "waiting in front of it";
   EXPECT_EQ(thing_at(t.points, t.thing, 0.752f, {0.3f, 0.4f, 0.9f}), -1);
   EXPECT_EQ(thing_at(t.points, t.thing, 0.652f, {0.3f, 0.1f, 0.9f}), -1) << "it hangs in the air";
+}
+
+TEST(Things, AreThoseOfAPlainFlood) {
+  for (const int count : {0, 1, 40, 1200}) {
+    const Tinted t = heaps(count);
+    std::vector<int> expected(t.place.size(), -1);
+    int things = 0;
+    for (std::size_t start = 0; start < t.place.size(); ++start) {
+      if (t.skip[start] || expected[start] >= 0) continue;
+      expected[start] = things++;
+      for (bool grown = true; grown;) {
+        grown = false;
+        for (std::size_t i = 0; i < t.place.size(); ++i)
+          for (std::size_t j = 0; expected[i] == expected[start] && j < t.place.size(); ++j) {
+            if (t.skip[j] || expected[j] >= 0 || (t.place[i] - t.place[j]).squaredNorm() > 0.025f * 0.025f)
+              continue;
+            expected[j] = expected[i];
+            grown = true;
+          }
+      }
+    }
+    EXPECT_EQ(find_things(t.place, t.skip), expected) << count << " points";
+    EXPECT_GE(things, count / 100);
+  }
+}
+
+TEST(Things, FindNoneWhereAPointIsNotFinite) {
+  EXPECT_THROW(find_things({{0, 0, std::numeric_limits<float>::infinity()}}, {0}), std::invalid_argument);
 }
 
 TEST(Things, AreShiftedApartButNotUnderTheTool) {
