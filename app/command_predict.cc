@@ -19,6 +19,7 @@ struct PredictCall {
   std::string demo;
   int keyframe = 0, flow_steps = 4, samples = 1;
   std::uint64_t seed = 0;
+  std::string integrator = "euler";
 };
 
 int predict(const PredictCall& call, const Context& context) {
@@ -31,14 +32,18 @@ int predict(const PredictCall& call, const Context& context) {
   } catch (const std::out_of_range& error) {
     throw UsageError(error.what());
   }
-  const auto policy = load_policy(call.policy);
+  PredictOptions options;
+  options.flow_steps = call.flow_steps;
+  options.seed = call.seed;
+  options.integrator = call.integrator;
   std::vector<FlowTrace> traces;
-  for (int i = 0; i < call.samples; ++i) {
-    PredictOptions options;
-    options.flow_steps = call.flow_steps;
-    options.seed = call.seed + static_cast<std::uint64_t>(i);
-    FlowTrace trace = policy->predict(input, options);
-    trace.id = call.demo + "-k" + std::to_string(call.keyframe) + "-s" + std::to_string(options.seed);
+  try {
+    traces = load_policy(call.policy)->predict_samples(input, options, call.samples);
+  } catch (const std::invalid_argument& error) {  // an integrator that the objective does not take
+    throw UsageError(error.what());
+  }
+  for (FlowTrace& trace : traces) {
+    trace.id = call.demo + "-k" + std::to_string(call.keyframe) + "-s" + std::to_string(trace.seed);
     trace.created = utc_now();
     trace.policy_file = call.policy.string();
     trace.scene.task = demo.info.task;
@@ -49,7 +54,6 @@ int predict(const PredictCall& call, const Context& context) {
     const int frame = call.keyframe == 0 ? 0 : demo.keyframes[call.keyframe - 1].frame;
     trace.scene.state_sha256 = state_sha256(demo.frames[frame].state);
     compare_with_expert(trace, demo.keyframes[call.keyframe].action);
-    traces.push_back(std::move(trace));
   }
   write_trace_file(call.trace, traces);
   if (context.json) {
@@ -76,8 +80,11 @@ void add_predict_command(CLI::App& root, Context& context) {
   add_data_option(*command, context);
   command->add_option("--demo", call->demo, "Demonstration id")->required();
   command->add_option("--keyframe", call->keyframe, "Which keyframe to predict, from 0")->required();
-  command->add_option("--flow-steps", call->flow_steps, "Euler steps")
+  command->add_option("--flow-steps", call->flow_steps, "Steps of the flow")
       ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--integrator", call->integrator, "How a step follows the flow; diffusion has its own")
+      ->check(CLI::IsMember({"euler", "midpoint", "rk4"}))
       ->capture_default_str();
   command->add_option("--samples", call->samples, "Predictions from seed, seed + 1, …")
       ->check(CLI::Range(1, 1000))

@@ -191,16 +191,21 @@ void PolicyLoop::demo_removed(const std::string& id) {
 TrainReport PolicyLoop::report() const { return *report_.get(); }
 PolicyStatus PolicyLoop::status() const { return *status_.get(); }
 
-std::future<FlowTrace> PolicyLoop::predict(PolicyInput input, PredictOptions options) {
-  return queue_.post([this, input = std::move(input), options = std::move(options)](Room& room) {
-    if (room.trainer && room.trainer->status().step > 0) {
-      FlowTrace trace = room.trainer->predict(input, options);
-      trace.policy_file = file_.string();
-      return trace;
-    }
-    if (!room.loaded)
+std::future<std::vector<FlowTrace>> PolicyLoop::predict(PolicyInput input, PredictOptions options,
+                                                        int samples) {
+  return queue_.post([this, input = std::move(input), options = std::move(options), samples](Room& room) {
+    const bool trained_here = room.trainer && room.trainer->status().step > 0;
+    if (!trained_here && !room.loaded)
       throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
-    return room.loaded->predict(input, options);
+    try {
+      Policy& policy = trained_here ? *room.trainer : *room.loaded;
+      std::vector<FlowTrace> traces = policy.predict_samples(input, options, samples);
+      if (trained_here)
+        for (FlowTrace& trace : traces) trace.policy_file = file_.string();
+      return traces;
+    } catch (const std::invalid_argument& error) {
+      throw ApiError(400, "bad_option", error.what());
+    }
   });
 }
 

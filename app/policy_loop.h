@@ -41,8 +41,9 @@ class PolicyLoop {
   void demo_saved(const std::string& id);
   void demo_removed(const std::string& id);
 
-  /// Throws web::ApiError 409 when there is no policy yet.
-  std::future<FlowTrace> predict(PolicyInput input, PredictOptions options);
+  /// Policy::predict_samples. Throws web::ApiError: 409 when there is no policy yet, 400 for options that do
+  /// not fit it.
+  std::future<std::vector<FlowTrace>> predict(PolicyInput input, PredictOptions options, int samples = 1);
   web::PolicyStatus status() const;
 
  private:

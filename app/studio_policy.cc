@@ -25,9 +25,6 @@ std::string Studio::keep(StoredTrace stored) {
 }
 
 std::vector<std::string> Studio::predict(const web::PredictRequest& request) {
-  if (request.objective && *request.objective != "cfm") {
-    throw ApiError(400, "bad_option", "this policy was trained with the objective cfm", "objective");
-  }
   const auto sim = scene();
   StoredTrace stored;
   stored.state = sim->state;
@@ -36,14 +33,20 @@ std::vector<std::string> Studio::predict(const web::PredictRequest& request) {
   stored.input.history = sim->keyframe_history;
   stored.input.keyframe_index = static_cast<int>(sim->keyframe_history.size()) - 1;
   stored.input.observation = render_.observe(sim->state).get();
+  PredictOptions options;
+  options.flow_steps = request.flow_steps;
+  options.seed = request.seed;
+  options.radius_kind = request.radius;
+  options.integrator = request.integrator;
+  std::vector<FlowTrace> traces = policy_.predict(stored.input, options, request.samples).get();
+  if (request.objective && *request.objective != traces.front().objective) {
+    throw ApiError(400, "bad_option",
+                   "this policy was trained with the objective " + traces.front().objective, "objective");
+  }
   std::vector<std::string> ids;
-  for (int i = 0; i < request.samples; ++i) {
-    PredictOptions options;
-    options.flow_steps = request.flow_steps;
-    options.seed = request.seed + static_cast<std::uint64_t>(i);
-    options.radius_kind = request.radius;
+  for (FlowTrace& trace : traces) {
     StoredTrace one = stored;
-    one.trace = policy_.predict(stored.input, options).get();
+    one.trace = std::move(trace);
     one.trace.scene.task = sim->task;
     one.trace.scene.variation = sim->variation;
     one.trace.scene.seed = sim->seed;
@@ -95,10 +98,11 @@ std::string Studio::branch_trace(const std::string& id, const web::BranchRequest
   options.flow_steps = request.flow_steps.value_or(parent->trace.flow_steps);
   options.seed = parent->trace.seed;
   options.radius_kind = parent->trace.radius.kind;
+  options.integrator = parent->trace.integrator;
   options.branch = PredictOptions::Branch{&parent->trace, request.step, request.position, request.quaternion,
                                           request.radius_m};
   StoredTrace child = *parent;
-  child.trace = policy_.predict(parent->input, options).get();
+  child.trace = std::move(policy_.predict(parent->input, options).get().front());
   child.trace.scene = parent->trace.scene;
   child.trace.parent = FlowTrace::Parent{id, request.step};
   return keep(std::move(child));

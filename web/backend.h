@@ -117,7 +117,8 @@ struct PredictRequest {
   int flow_steps = 4;
   std::uint64_t seed = 0;
   int samples = 1;
-  std::optional<std::string> objective, radius;
+  std::string integrator = "euler";              ///< PredictOptions::integrator
+  std::optional<std::string> objective, radius;  ///< objective: refuse a policy trained with another
 };
 
 struct BranchRequest {

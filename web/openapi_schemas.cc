@@ -93,7 +93,7 @@ constexpr const char* policy = R"({
 "Trace":{"type":"object","required":["format","id","created","policy","radius","flow_steps","seed","integrator","scene",
   "instruction","steps","result","expert","error","parent"],"properties":{"format":{"const":"flowscope-trace/1"},
   "id":{"type":"string"},"created":{"type":"string"},"policy":{"type":"object"},"radius":{"type":"object"},
-  "flow_steps":{"type":"integer"},"seed":{"type":"integer"},"integrator":{"type":"string"},
+  "flow_steps":{"type":"integer"},"seed":{"type":"integer"},"integrator":{"enum":["euler","midpoint","rk4"]},
   "scene":{"type":"object"},"instruction":{"type":"string"},
   "steps":{"type":"array","items":{"$ref":"#/components/schemas/FlowStep"}},
   "result":{"$ref":"#/components/schemas/Action"},"expert":{"type":["object","null"]},

@@ -153,6 +153,8 @@ PredictRequest predict_request(const Json& body) {
   if (fields.has("samples")) request.samples = whole(fields, "samples", 1, most_samples);
   if (fields.has("objective")) request.objective = fields.one_of("objective", objectives);
   if (fields.has("radius")) request.radius = fields.one_of("radius", radii);
+  if (fields.has("integrator"))
+    request.integrator = fields.one_of("integrator", {"euler", "midpoint", "rk4"});
   fields.finish();
   return request;
 }

@@ -19,6 +19,7 @@ constexpr const char* train_schema = R"({"type":"object","required":["action"],"
 constexpr const char* predict_schema = R"({"type":"object","properties":{
   "flow_steps":{"type":"integer","minimum":1,"maximum":1000,"default":4},
   "seed":{"type":"integer","minimum":0},"samples":{"type":"integer","minimum":1,"maximum":64,"default":1},
+  "integrator":{"enum":["euler","midpoint","rk4"],"default":"euler","description":"diffusion takes its own steps only"},
   "objective":{"enum":["cfm","ddim","ddpm"]},"radius":{"enum":["linear","cosine","off"]}}})";
 
 constexpr const char* branch_schema = R"({"type":"object","required":["step"],"properties":{
