@@ -51,7 +51,7 @@ std::vector<Surroundings> find_surroundings(const std::vector<Vector3f>& positio
                                             const std::vector<Vector3f>& color,
                                             const std::vector<char>& skip) {
   std::vector<Vector3f> place, tint;
-  for (std::size_t i = 0; i < position.size(); ++i) {
+  for (std::size_t i = 0; i < position.size() && place.size() < surroundings_sample; ++i) {
     if (skip[i]) continue;
     place.push_back(position[i]);
     tint.push_back(color[i]);

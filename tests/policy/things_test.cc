@@ -107,7 +107,7 @@ Tinted heaps(int count) {
 }
 
 /// Mean shift as it is written down: every point against every other.
-Surroundings plain_surroundings(const Tinted& t, std::size_t i) {
+Surroundings plain_surroundings(const Tinted& t, std::size_t i, std::size_t counted) {
   Surroundings out;
   out.middle = t.place[i];
   if (t.skip[i]) return out;
@@ -115,7 +115,7 @@ Surroundings plain_surroundings(const Tinted& t, std::size_t i) {
   for (int round = 0; round < 3; ++round) {
     near.clear();
     Vector3f sum = Vector3f::Zero();
-    for (std::size_t j = 0; j < t.place.size(); ++j) {
+    for (std::size_t j = 0; j < counted; ++j) {
       if (t.skip[j] || (t.place[j] - out.middle).squaredNorm() > 0.045f * 0.045f ||
           (t.color[j] - t.color[i]).squaredNorm() > 0.3f * 0.3f)
         continue;
@@ -134,12 +134,25 @@ TEST(Surroundings, AreThoseOfThePlainMeanShiftToTheBit) {
   const auto around = find_surroundings(t.place, t.color, t.skip);
   int most = 0;
   for (std::size_t i = 0; i < around.size(); ++i) {
-    const Surroundings plain = plain_surroundings(t, i);
+    const Surroundings plain = plain_surroundings(t, i, t.place.size());
     EXPECT_EQ(around[i].middle, plain.middle) << "point " << i;
     EXPECT_EQ(around[i].neighbours, plain.neighbours) << "point " << i;
     most = std::max(most, plain.neighbours);
   }
   EXPECT_GT(most, 20);
+}
+
+TEST(Surroundings, CountOnlyTheFirstOfVeryManyPoints) {
+  const Tinted t = heaps(7000);
+  std::size_t counted = 0;
+  for (std::size_t found = 0; found < surroundings_sample; ++counted) found += t.skip[counted] ? 0 : 1;
+  ASSERT_LT(counted, t.place.size());
+  const auto around = find_surroundings(t.place, t.color, t.skip);
+  for (std::size_t i = 0; i < around.size(); i += 37) {
+    const Surroundings plain = plain_surroundings(t, i, counted);
+    EXPECT_EQ(around[i].middle, plain.middle) << "point " << i;
+    EXPECT_EQ(around[i].neighbours, plain.neighbours) << "point " << i;
+  }
 }
 
 TEST(SymmetricYaw, TakesTheEqualTurnNearestToTheTool) {
