@@ -23,10 +23,12 @@ nlohmann::ordered_json as_json(const EvalOptions& options, const std::vector<Eva
                     {"position_mm", row.position_mm},
                     {"rotation_deg", row.rotation_deg},
                     {"keyframes", row.keyframes},
+                    {"ms_per_prediction", row.ms},
                     {"failures", row.failures}});
   }
   return {{"policy", options.policy.string()},
           {"flow_steps", options.flow_steps},
+          {"integrator", options.integrator},
           {"episodes", options.episodes},
           {"seeds", seeds},
           {"rows", list},
@@ -49,15 +51,16 @@ int eval(const EvalOptions& options, bool markdown, const Context& context) {
     print_json(as_json(options, rows, average));
     return 0;
   }
-  const char* line = markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f %% | %.1f | %.2f |\n"
-                              : "%-28s %5.1f %%  [%.1f, %.1f]  first attempt %5.1f %%  %6.1f mm  %6.2f deg\n";
+  const char* line =
+      markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f %% | %.1f | %.2f | %.1f |\n"
+               : "%-28s %5.1f %%  [%.1f, %.1f]  first attempt %5.1f %%  %6.1f mm  %6.2f deg  %6.1f ms\n";
   if (markdown)
     std::printf(
-        "| task | success | 95 %% interval | first attempt | position mm | rotation deg "
-        "|\n|---|---|---|---|---|---|\n");
+        "| task | success | 95 %% interval | first attempt | position mm | rotation deg | ms per prediction "
+        "|\n|---|---|---|---|---|---|---|\n");
   for (const auto& row : rows) {
     std::printf(line, row.task.c_str(), 100 * row.success, 100 * row.low, 100 * row.high,
-                100 * row.first_attempt, row.position_mm, row.rotation_deg);
+                100 * row.first_attempt, row.position_mm, row.rotation_deg, row.ms);
     for (const auto& failure : row.failures) std::fprintf(stderr, "  %s\n", failure.c_str());
   }
   return 0;
@@ -82,10 +85,13 @@ void add_eval_command(CLI::App& root, Context& context) {
                    "The first of these sets; every number has scenes of its own")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
-  command->add_option("--flow-steps", options->flow_steps, "Euler steps")
+  command->add_option("--flow-steps", options->flow_steps, "Steps of the flow")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--workers", options->workers, "Threads; the result does not depend on them")
+  command->add_option("--integrator", options->integrator, "How steps follow the velocity")
+      ->check(CLI::IsMember({"euler", "midpoint", "rk4"}))
+      ->capture_default_str();
+  command->add_option("--workers", options->workers, "Threads; successes do not depend on them, times do")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   CLI::Option* json = add_json_option(*command, context);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <exception>
 #include <memory>
@@ -26,6 +27,14 @@ int eval_variation(int variations, int seed, int episode) {
   return static_cast<int>((z ^ (z >> 31)) % static_cast<std::uint64_t>(variations));
 }
 
+std::pair<double, double> wilson_interval(int successes, int trials) {
+  if (trials == 0) return {0, 1};
+  const double z = 1.959964, n = trials, p = successes / n;
+  const double center = p + z * z / (2 * n), spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  return {std::max(0.0, (center - spread) / (1 + z * z / n)),
+          std::min(1.0, (center + spread) / (1 + z * z / n))};
+}
+
 namespace {
 
 constexpr int most_steps = 20;  // keyframes per episode, as in the method's own evaluation
@@ -34,6 +43,8 @@ struct Outcome {
   bool success = false, first_attempt = false;
   std::string why;
   std::vector<PoseError> errors;
+  int predictions = 0;
+  double ms = 0;  // of all predictions together
 };
 
 /// One thread's tools; never shared.
@@ -62,9 +73,19 @@ std::vector<PoseError> errors_on_expert(Bench& bench, const PredictOptions& opti
   return errors;
 }
 
-Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, int flow_steps) {
+FlowTrace predict_timed(Bench& bench, const PolicyInput& input, const PredictOptions& options,
+                        Outcome& outcome) {
+  const auto start = std::chrono::steady_clock::now();
+  FlowTrace trace = bench.policy->predict(input, options);
+  outcome.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  ++outcome.predictions;
+  return trace;
+}
+
+Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, const EvalOptions& eval) {
   PredictOptions options;
-  options.flow_steps = flow_steps;
+  options.flow_steps = eval.flow_steps;
+  options.integrator = eval.integrator;
   options.seed = seed;
   Outcome outcome;
   World& world = bench.world;
@@ -81,7 +102,7 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, int flow_st
     input.observation = bench.observe(world.state());
     input.keyframe_index = k;
     options.seed = seed + static_cast<std::uint64_t>(step);
-    const FlowTrace trace = bench.policy->predict(input, options);
+    const FlowTrace trace = predict_timed(bench, input, options, outcome);
     const MotionResult moved =
         execute_keyframe(world, trace.result, seed, [&](const Frame&) { return !world.success(); });
     if (!moved && !world.success() && outcome.why.empty()) {
@@ -109,27 +130,20 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Wilson's score interval, 95 %.
-std::pair<double, double> wilson(int successes, int trials) {
-  if (trials == 0) return {0, 1};
-  const double z = 1.959964, n = trials, p = successes / n;
-  const double center = p + z * z / (2 * n), spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  return {std::max(0.0, (center - spread) / (1 + z * z / n)),
-          std::min(1.0, (center + spread) / (1 + z * z / n))};
-}
-
 EvalRow summarise(const std::string& name, const EvalOptions& options, const std::vector<Outcome>& outcomes,
                   int variations) {
   EvalRow row;
   row.task = name;
   std::vector<double> mm, deg;
-  int successes = 0, first_attempts = 0;
+  int successes = 0, first_attempts = 0, predictions = 0;
   for (int s = 0; s < options.seeds; ++s) {
     int won = 0;
     for (int e = 0; e < options.episodes; ++e) {
       const Outcome& o = outcomes[static_cast<std::size_t>(s) * options.episodes + e];
       won += o.success;
       first_attempts += o.first_attempt;
+      predictions += o.predictions;
+      row.ms += o.ms;
       if (!o.success) {
         const int set = options.first_seed + s;
         row.failures.push_back("seed " + std::to_string(eval_seed(set, e)) + " variation " +
@@ -144,9 +158,12 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
     row.by_seed.push_back(static_cast<double>(won) / options.episodes);
   }
   const int trials = options.seeds * options.episodes;
+  row.successes = successes;
+  row.episodes = trials;
   row.success = static_cast<double>(successes) / trials;
+  row.ms /= std::max(1, predictions);
   row.first_attempt = static_cast<double>(first_attempts) / trials;
-  std::tie(row.low, row.high) = wilson(successes, trials);
+  std::tie(row.low, row.high) = wilson_interval(successes, trials);
   row.position_mm = median(mm);
   row.rotation_deg = median(deg);
   row.keyframes = static_cast<int>(mm.size());
@@ -174,8 +191,8 @@ std::vector<EvalRow> evaluate(const TaskLibrary& tasks, const EvalOptions& optio
         Bench bench(task, options.policy);
         for (int i = next++; i < per_task; i = next++) {
           const int s = options.first_seed + i / options.episodes, e = i % options.episodes;
-          outcomes[i] = run_episode(bench, eval_variation(task->variations(), s, e), eval_seed(s, e),
-                                    options.flow_steps);
+          outcomes[i] =
+              run_episode(bench, eval_variation(task->variations(), s, e), eval_seed(s, e), options);
           const int count = ++done;
           std::lock_guard lock(mutex);
           progress(count, all);
