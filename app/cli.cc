@@ -114,6 +114,8 @@ int run_cli(int argc, const char* const* argv) {
   add_train_command(root, context);
   add_predict_command(root, context);
   add_eval_command(root, context);
+  add_ablate_command(root, context);
+  add_policy_command(root, context);
   add_export_command(root, context);
   add_serve_command(root, context);
   add_bench_command(root, context);

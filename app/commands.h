@@ -16,6 +16,8 @@ void add_doctor_command(CLI::App& root, Context& context);
 void add_train_command(CLI::App& root, Context& context);
 void add_predict_command(CLI::App& root, Context& context);
 void add_eval_command(CLI::App& root, Context& context);
+void add_ablate_command(CLI::App& root, Context& context);
+void add_policy_command(CLI::App& root, Context& context);
 void add_export_command(CLI::App& root, Context& context);
 void add_serve_command(CLI::App& root, Context& context);
 void add_bench_command(CLI::App& root, Context& context);

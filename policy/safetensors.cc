@@ -1,5 +1,7 @@
 #include "policy/safetensors.h"
 
+#include <torch/torch.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <fstream>

@@ -5,15 +5,17 @@
 // "Format".
 #pragma once
 
-#include <torch/torch.h>
-
 #include <filesystem>
 #include <map>
 #include <string>
 
+namespace at {
+class Tensor;  // torch::Tensor; who only passes files on needs no torch
+}
+
 namespace flowscope {
 
-using TensorsByName = std::map<std::string, torch::Tensor>;
+using TensorsByName = std::map<std::string, at::Tensor>;
 using TextByName = std::map<std::string, std::string>;
 
 /// Dense tensors on the CPU. F32, F16, BF16 and F64 all arrive as float32; I64, I32, U8 and BOOL keep their
