@@ -8,9 +8,10 @@
 namespace flowscope {
 namespace {
 
-constexpr std::array<std::pair<const char*, bool Augmentation::*>, 4> kinds{
+constexpr std::array<std::pair<const char*, bool Augmentation::*>, 5> kinds{
     {{"move", &Augmentation::move},
      {"recolor", &Augmentation::recolor},
+     {"repaint", &Augmentation::repaint},
      {"shuffle", &Augmentation::shuffle},
      {"crop", &Augmentation::crop}}};
 
@@ -28,7 +29,7 @@ Augmentation augmentation_of(const std::string& names) {
       if (name == kind) out.*member = known = true;
     if (!known)
       throw std::invalid_argument("augmentation '" + name +
-                                  "' is none of move, recolor, shuffle, crop, none, default");
+                                  "' is none of move, recolor, repaint, shuffle, crop, none, default");
   }
   return out;
 }

@@ -10,13 +10,15 @@ struct Augmentation {
   bool recolor = true;  ///< colours of points, patches and colour words turned together
   bool shuffle = true;  ///< the things on the table moved about, each with the target that belongs to it
   bool crop = false;    ///< the paper's: pictures and XYZ maps resized and cropped together (picture_crop.h)
+  bool repaint = true;  ///< half of the time instead of recolor: each like-coloured part a colour of its own,
+                        ///< and words with theirs (recolor.h)
 
-  static Augmentation none() { return {false, false, false, false}; }
-  bool any() const { return move || recolor || shuffle || crop; }
+  static Augmentation none() { return {false, false, false, false, false}; }
+  bool any() const { return move || recolor || repaint || shuffle || crop; }
   bool operator==(const Augmentation&) const = default;
 };
 
-/// "default", "none", or names from move, recolor, shuffle, crop with commas between them. Throws
+/// "default", "none", or names from move, recolor, repaint, shuffle, crop with commas between them. Throws
 /// std::invalid_argument naming the one that is none of them.
 Augmentation augmentation_of(const std::string& names);
 /// The other way: "none" or the names.

@@ -45,6 +45,7 @@ template <typename Model, typename Progress, typename Field>
 void visit_later(Model& m, Progress& p, Field&& field) {
   field("augment_move", p.options.augment.move);
   field("augment_recolor", p.options.augment.recolor);
+  field("augment_repaint", p.options.augment.repaint);
   field("augment_shuffle", p.options.augment.shuffle);
   field("augment_crop", p.options.augment.crop);
   field("loss_flow", p.status.loss_flow);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "policy/picture_crop.h"
+#include "policy/recolor.h"
 #include "policy/things.h"
 
 namespace flowscope {
@@ -15,24 +16,10 @@ RobotState state_at(const Demo& demo, int frame) {
   return {f.world_from_tool, f.openness, f.q};
 }
 
-// A rotation about the grey axis, half of the time with two channels exchanged: keeps every distance between
-// colours.
-Eigen::Matrix3f random_recoloring(Random& random) {
-  const auto angle = static_cast<float>(random.uniform(-std::numbers::pi, std::numbers::pi));
-  Eigen::Matrix3f m = Eigen::AngleAxisf(angle, Eigen::Vector3f::Ones().normalized()).toRotationMatrix();
-  if (random.uniform() < 0.5) m.row(0).swap(m.row(1));
-  return m;
-}
-
-void recolor(PreparedScene& scene, std::vector<Word>& words, const Eigen::Matrix3f& map) {
-  for (ScenePoint& p : scene.points) p.color = map * p.color;
-  for (Patch& patch : scene.patches)
-    for (std::size_t k = 0; k < patch.size(); k += 3) {
-      Eigen::Map<Eigen::Vector3f> rgb(&patch[k]);
-      rgb = (map * rgb).eval();
-    }
-  for (Word& w : words)
-    if (w.row == Vocabulary::color) w.color = map * w.color;
+void change_colors(PreparedScene& scene, std::vector<Word>& words, const Augmentation& kinds,
+                   Random& random) {
+  const bool repainted = kinds.repaint && random.uniform() < 0.5 && repaint_parts(scene, words, random);
+  if (!repainted && kinds.recolor && random.uniform() < 0.7) turn_colors(scene, words, random);
 }
 
 // Joints and the way so far tell few demonstrations apart better than any picture: a network that sees them
@@ -151,7 +138,7 @@ std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const Networ
 
 Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random,
                const Augmentation& kinds) {
-  if (!kinds.move && !kinds.recolor && !kinds.shuffle) return sample;
+  if (!kinds.move && !kinds.recolor && !kinds.repaint && !kinds.shuffle) return sample;
   Sample out = sample;
   auto scene = std::make_shared<PreparedScene>(*sample.input.scene);
   const Move move = kinds.move ? random_move(rates, center, random) : Move{};
@@ -159,7 +146,7 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
   if (random.uniform() < 0.5)
     out.input.words =
         sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
-  if (kinds.recolor && random.uniform() < 0.7) recolor(*scene, out.input.words, random_recoloring(random));
+  change_colors(*scene, out.input.words, kinds, random);
   if (kinds.shuffle && random.uniform() < rates.shuffle)
     move_things(*scene, out.target, sample.input.history.back().world_from_tool.position, rates.shuffle_m,
                 random);

@@ -7,6 +7,7 @@
 
 #include "policy/farthest_points.h"
 #include "policy/random.h"
+#include "policy/recolor.h"
 #include "policy/things.h"
 
 namespace flowscope {
@@ -200,6 +201,7 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
   const std::vector<Surroundings> around = find_surroundings(position, color, on_plane);
   for (std::size_t i = 0; i < scene.points.size(); ++i) scene.points[i].around = around[i];
   scene.thing = find_things(position, on_plane);
+  scene.part = find_parts(position, color, on_plane);
   return scene;
 }
 

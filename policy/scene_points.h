@@ -29,6 +29,7 @@ struct PreparedScene {
   std::vector<ScenePoint> points;
   std::vector<Patch> patches;
   std::vector<int> thing;  ///< of each point (find_things); -1 for the plane
+  std::vector<int> part;   ///< like-coloured part of a thing (find_parts); -1 for none
   float plane_z = 0;       ///< height of the dominant horizontal plane, metres, world
 };
 
