@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "policy/checkpoint.h"
 #include "policy/data_parallel.h"
 #include "policy/integrate.h"
 #include "policy/learner.h"
+#include "policy/learning_rate.h"
 #include "policy/on_device.h"
 
 namespace flowscope {
@@ -84,11 +83,12 @@ class FlowRamTrainer : public Trainer {
     if (!agreed_) require_agreement();
     data_.freeze(model_);
     const auto start = std::chrono::steady_clock::now();
-    const LearnStep how{.learning_rate = learning_rate(),
-                        .augment = progress_.options.augment,
-                        .seed = random_.bits(),
-                        .device = device_,
-                        .exchange = *exchange_};
+    const LearnStep how{
+        .learning_rate = learning_rate_at(progress_.rates, progress_.options, progress_.status),
+        .augment = progress_.options.augment,
+        .seed = random_.bits(),
+        .device = device_,
+        .exchange = *exchange_};
     const StepLoss loss = learn_once(model_, replicas_, *optimizer_, data_, progress_.rates, how);
     double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     exchange_->broadcast(&seconds, sizeof(seconds));  // the schedule must be the same on all ranks
@@ -162,21 +162,6 @@ class FlowRamTrainer : public Trainer {
   }
 
  private:
-  /// Warm-up, then level; with an expected end, a half cosine down to 2 %.
-  double learning_rate() const {
-    const TrainRates& r = progress_.rates;
-    const double warm =
-        std::min(1.0, (static_cast<double>(progress_.status.step) + 1) / std::max(1, r.warmup_steps));
-    const TrainOptions& o = progress_.options;
-    double done = 0;
-    if (o.expected_minutes > 0)
-      done = progress_.status.minutes / o.expected_minutes;
-    else if (o.expected_steps > 0)
-      done = static_cast<double>(progress_.status.step) / static_cast<double>(o.expected_steps);
-    const double fall = 0.02 + 0.98 * 0.5 * (1 + std::cos(std::numbers::pi * std::clamp(done, 0.0, 1.0)));
-    return r.learning_rate * warm * fall;
-  }
-
   void tell(const StepLoss& loss, double seconds) {
     TrainStatus& s = progress_.status;
     skipped_in_row_ = loss.skipped ? skipped_in_row_ + 1 : 0;
