@@ -1,10 +1,14 @@
-// Integrators: order of accuracy, and what they do with a flow that points at an end.
+// Integrators: order of accuracy, and what they do with a flow that points at an end; predictions of every
+// objective with them.
+#include "policy/integrate.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
 #include "policy/integrator.h"
+#include "tests/support/nano_model.h"
 
 namespace flowscope {
 namespace {
@@ -102,6 +106,114 @@ TEST(Integrators, StayFiniteAndCloseWhereTheEndPointMoves) {
     // The exact flow ends at end_point(1): no nearer than the end point moves within the last step.
     EXPECT_NEAR(state.x[0], end_point(1), 0.25) << name;
   }
+}
+
+using testing::nano_model;
+using testing::nano_scene;
+
+/// All but the wall times.
+void expect_same(const FlowTrace& a, const FlowTrace& b) {
+  EXPECT_EQ(a.seed, b.seed);
+  ASSERT_EQ(a.steps.size(), b.steps.size());
+  for (std::size_t k = 0; k < a.steps.size(); ++k) {
+    EXPECT_EQ(a.steps[k].t, b.steps[k].t) << k;
+    EXPECT_EQ(a.steps[k].x, b.steps[k].x) << k;
+    EXPECT_EQ(a.steps[k].velocity, b.steps[k].velocity) << k;
+    EXPECT_EQ(a.steps[k].open_probability, b.steps[k].open_probability) << k;
+    EXPECT_EQ(a.steps[k].weights, b.steps[k].weights) << k;
+  }
+}
+
+TEST(Predictions, OfEveryKindIntegrateExactlyWhatTheyShow) {
+  for (const char* objective : {"cfm", "ddim", "ddpm"}) {
+    for (const bool grounded : {true, false}) {
+      Model model = nano_model({.objective = objective, .grounded = grounded});
+      for (const char* integrator : {"euler", "midpoint", "rk4"}) {
+        PredictOptions options;
+        options.flow_steps = 3;
+        options.integrator = integrator;
+        if (!model.objective->is_flow() && options.integrator != "euler") {
+          EXPECT_THROW(integrate_flow(model, nano_scene(), options), std::invalid_argument);
+          continue;
+        }
+        const FlowTrace trace = integrate_flow(model, nano_scene(), options);
+        EXPECT_EQ(trace.integrator, integrator);
+        EXPECT_EQ(trace.objective, objective);
+        ASSERT_EQ(trace.steps.size(), 4u);
+        EXPECT_EQ(trace.steps.front().t, 0);
+        EXPECT_EQ(trace.steps.back().t, 1);
+        for (std::size_t k = 0; k + 1 < trace.steps.size(); ++k) {
+          const double dt = trace.steps[k + 1].t - trace.steps[k].t;
+          for (std::size_t i = 0; i < 9; ++i) {
+            EXPECT_EQ(trace.steps[k + 1].x[i], trace.steps[k].x[i] + trace.steps[k].velocity[i] * dt);
+            EXPECT_TRUE(std::isfinite(trace.steps[k].velocity[i])) << objective << ", " << integrator;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Predictions, IntegratorsDifferAndAgreeInTheLimit) {
+  Model model = nano_model({.grounded = false});
+  const auto end = [&model](const char* integrator, int steps) {
+    PredictOptions options;
+    options.flow_steps = steps;
+    options.integrator = integrator;
+    return integrate_flow(model, nano_scene(), options).steps.back().x;
+  };
+  const auto distance = [](const Vector9& a, const Vector9& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 9; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return std::sqrt(sum);
+  };
+  const Vector9 fine = end("rk4", 40);
+  const double euler = distance(end("euler", 2), fine);
+  EXPECT_GT(euler, 1e-6);
+  EXPECT_LT(distance(end("euler", 40), fine), 0.5 * euler);
+}
+
+TEST(Predictions, SamplesAreThePredictionsOfTheirSeeds) {
+  for (const char* backbone : {"mamba", "transformer"}) {
+    for (const char* objective : {"cfm", "ddpm"}) {
+      Model model = nano_model({backbone, objective, testing::TokenOrder::stored, true});
+      PredictOptions options;
+      options.seed = 20;
+      const auto samples = integrate_samples(model, nano_scene(), options, 3);
+      ASSERT_EQ(samples.size(), 3u);
+      for (const FlowTrace& sample : samples) {
+        expect_same(sample, integrate_flow(model, nano_scene(), options));
+        ++options.seed;
+      }
+      EXPECT_NE(samples[0].steps[0].x, samples[1].steps[0].x);
+    }
+  }
+}
+
+TEST(Predictions, ABranchMeetsTheNoiseOfItsParent) {
+  Model model = nano_model({.objective = "ddpm"});
+  PredictOptions options;
+  options.flow_steps = 5;
+  options.seed = 3;
+  const FlowTrace whole = integrate_flow(model, nano_scene(), options);
+  options.seed = 99;  // the parent's counts
+  options.branch = PredictOptions::Branch{&whole, 2, std::nullopt, std::nullopt, std::nullopt};
+  expect_same(integrate_flow(model, nano_scene(), options), whole);
+}
+
+TEST(Predictions, RefuseWhatDoesNotFit) {
+  Model cfm = nano_model({}), ddim = nano_model({.objective = "ddim"});
+  PredictOptions options;
+  EXPECT_THROW(integrate_samples(cfm, nano_scene(), options, 0), std::invalid_argument);
+  options.flow_steps = 101;
+  EXPECT_THROW(integrate_flow(ddim, nano_scene(), options), std::invalid_argument);
+  options.flow_steps = 2;
+  options.integrator = "leapfrog";
+  EXPECT_THROW(integrate_flow(cfm, nano_scene(), options), std::invalid_argument);
+  options.integrator = "euler";
+  const FlowTrace trace = integrate_flow(cfm, nano_scene(), options);
+  options.branch = PredictOptions::Branch{&trace, 1, std::nullopt, std::nullopt, std::nullopt};
+  EXPECT_THROW(integrate_samples(cfm, nano_scene(), options, 2), std::invalid_argument);
 }
 
 }  // namespace

@@ -3,13 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <memory>
 
-#include "policy/checkpoint.h"
-#include "policy/integrate.h"
 #include "policy/rotation6.h"
 #include "policy/sample.h"
 #include "tests/support/synthetic_demo.h"
@@ -113,68 +110,6 @@ TEST(FlowTraceOfAPolicy, BranchesRunOnFromAnEditedState) {
   EXPECT_EQ(edited.steps[3].region.radius_m, 0.15);
   options.branch->step = 17;
   EXPECT_THROW(trainer->predict(input, options), std::invalid_argument);
-}
-
-TEST(Influence, EverythingThePolicyIsGivenCounts) {
-  const auto trainer = trained(5);
-  PredictOptions options;
-  const PolicyInput input = input_of_keyframe(demo(), 1);
-  const Vector9 before = trainer->predict(input, options).steps[1].velocity;
-  const auto changes = [&](const std::function<void(PolicyInput&)>& edit) {
-    PolicyInput edited = input;
-    edit(edited);
-    return trainer->predict(edited, options).steps[1].velocity != before;
-  };
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.instruction = "push the white button"; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.instruction += " now"; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.history.front().q[3] += 0.1; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.history.back().world_from_tool.position.x() += 0.01; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.history.back().openness = 0.3; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) { i.keyframe_index = 3; }));
-  EXPECT_TRUE(changes([](PolicyInput& i) {
-    for (auto& v : i.observation.views[0].rgb.data) v = static_cast<std::uint8_t>(255 - v);
-  }));
-  EXPECT_FALSE(changes([](PolicyInput& i) {  // a far wall, outside the workspace
-    for (auto& v : i.observation.views)
-      for (auto& d : v.depth.data)
-        if (d == 0) d = 3.9f;
-  }));
-}
-
-TEST(Influence, APointCountsInsideTheSphereAndNotOutsideEverySphereAndSet) {
-  const testing::TemporaryFolder folder;
-  const auto file = folder.path() / "a.fsp";
-  trained(5)->save(file);
-  Model model = read_checkpoint(file).model;
-  const SceneInput input =
-      prepare_input(input_of_keyframe(demo(), 0), model.bounds, model.shape, model.vocabulary);
-  const FlowTrace before = integrate_flow(model, input, {});
-  const auto with_point_painted = [&](std::size_t i) {
-    auto scene = std::make_shared<PreparedScene>(*input.scene);
-    scene->points[i].color = Eigen::Vector3f::Ones() - scene->points[i].color;
-    SceneInput painted = input;
-    painted.scene = scene;
-    return integrate_flow(model, painted, {});
-  };
-  const auto& points = input.scene->points;
-  int inside = 0, outside = 0;
-  for (std::size_t i = input.scene->patches.size(); i < points.size(); ++i) {
-    const Eigen::Vector3f& p = points[i].position;
-    bool near_a_sphere = false;
-    for (const FlowStep& s : before.steps)
-      near_a_sphere = near_a_sphere || std::ranges::find(s.region.inside, p) != s.region.inside.end() ||
-                      (p.cast<double>() - s.region.center).norm() < s.region.radius_m + 0.05;
-    const auto& looked_at = before.steps[1].region.inside;
-    if (inside < 3 && std::ranges::find(looked_at, p) != looked_at.end()) {
-      ++inside;
-      EXPECT_NE(with_point_painted(i).steps[1].velocity, before.steps[1].velocity) << "point " << i;
-    } else if (outside < 3 && !near_a_sphere) {
-      ++outside;
-      expect_same_numbers(with_point_painted(i), before);
-    }
-  }
-  EXPECT_EQ(inside, 3);
-  EXPECT_EQ(outside, 3);
 }
 
 TEST(Trainer, GoesOnExactlyWhereItStopped) {
