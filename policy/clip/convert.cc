@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "policy/clip/published.h"
+#include "policy/clip/transformers_names.h"
 #include "policy/clip/weights.h"
 #include "policy/policy.h"
 
@@ -128,6 +129,7 @@ ClipConverted convert_clip(const ClipConvertOptions& options) {
   if (!options.text.empty()) {
     if (options.text != options.image) all = read_foreign_weights(options.text);
     drop_text_prefix(all);
+    in_file(options.text, [&] { add_published_names(all); });
     text = take(options.text, all, clip_text_tensors());
   }
   all.clear();

@@ -23,11 +23,11 @@ struct ClipConverted {
 };
 
 /// Weight files are OpenAI's TorchScript archives (RN50.pt for pictures, RN50.pt or ViT-B-32.pt for text) or
-/// safetensors with the same names (text under "text.…" is found too); half precision becomes float32,
-/// whatever else the file holds is left out. Takes about three times the memory of the larger file. Throws
-/// BadCheckpoint (policy/policy.h) "FILE: …" for a file that cannot be read and for tensors that are missing
-/// or of another shape; std::invalid_argument for options that do not fit together; std::system_error: the
-/// disk refused.
+/// safetensors with the same names (text under "text.…" or under the transformers library's names is found
+/// too); half precision becomes float32, whatever else the file holds is left out. Takes about three times
+/// the memory of the larger file. Throws BadCheckpoint (policy/policy.h) "FILE: …" for a file that cannot be
+/// read and for tensors that are missing or of another shape; std::invalid_argument for options that do not
+/// fit together; std::system_error: the disk refused.
 ClipConverted convert_clip(const ClipConvertOptions& options);
 
 /// Every parameter and buffer of a TorchScript archive or safetensors file, by name. Throws BadCheckpoint.

@@ -9,6 +9,7 @@
 
 #include "policy/clip/convert.h"
 #include "policy/clip/text_branch.h"
+#include "policy/clip/transformers_names.h"
 #include "policy/clip/weights.h"
 #include "policy/container.h"
 #include "policy/policy.h"
@@ -179,6 +180,54 @@ TEST_F(ClipConvert, ReadsTheTextPartBesideAnotherVisualTower) {
   const ClipText text = encode_texts(encoders, {"push the red button"});
   EXPECT_EQ(text.hidden.size(2), 512);
   EXPECT_TRUE(torch::isfinite(text.hidden).all().item<bool>());
+}
+
+// By hand, the other way round than the program: from a published name and tensor to the library's.
+Tensors transformers_names(const Tensors& published) {
+  Tensors out;
+  for (const auto& [published_name, tensor] : published) {
+    std::string name = published_name;
+    const auto replace = [&name](const std::string& from, const std::string& to) {
+      if (const std::size_t at = name.find(from); at != std::string::npos) name.replace(at, from.size(), to);
+    };
+    if (name.find("in_proj_") != std::string::npos) {
+      const std::string part = name.substr(name.rfind('_') + 1),
+                        block = name.substr(22, name.find(".attn") - 22);
+      const std::vector<torch::Tensor> rows = tensor.chunk(3);
+      for (int i = 0; i < 3; ++i) {
+        out["text_model.encoder.layers." + block + ".self_attn." + std::string(1, "qkv"[i]) + "_proj." +
+            part] = rows[i].clone();
+      }
+      continue;
+    }
+    replace("transformer.resblocks", "encoder.layers");
+    replace(".attn.", ".self_attn.");
+    replace("ln_1", "layer_norm1");
+    replace("ln_2", "layer_norm2");
+    replace("c_fc", "fc1");
+    replace("c_proj", "fc2");
+    replace("ln_final", "final_layer_norm");
+    replace("token_embedding.weight", "embeddings.token_embedding.weight");
+    replace("positional_embedding", "embeddings.position_embedding.weight");
+    out["text_model." + name] = tensor;
+  }
+  return out;
+}
+
+TEST(TransformersNames, AreBroughtToThePublishedOnes) {
+  const Tensors published = testing::random_weights(testing::text_shapes(8, 2, 20, 7), 4);
+  TensorsByName tensors = transformers_names(published);
+  EXPECT_TRUE(tensors.contains("text_model.encoder.layers.1.self_attn.k_proj.bias"));
+  add_published_names(tensors);
+  for (const auto& [name, tensor] : published) {
+    ASSERT_TRUE(tensors.contains(name)) << name;
+    EXPECT_TRUE(torch::equal(tensors.at(name), tensor)) << name;
+  }
+  TensorsByName cut = transformers_names(published);
+  cut.erase("text_model.encoder.layers.1.self_attn.v_proj.weight");
+  EXPECT_THROW(add_published_names(cut), std::invalid_argument);
+  cut["text_model.encoder.layers.1.self_attn.v_proj.weight"] = torch::zeros({8, 9});
+  EXPECT_THROW(add_published_names(cut), std::invalid_argument);
 }
 
 TEST_F(ClipConvert, NamesWhatIsMissingOrOfAnotherShape) {
