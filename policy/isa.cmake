@@ -1,7 +1,7 @@
 # The scan's inner loops are compiled once per instruction set and chosen at run time.
 function(flowscope_isa_flags target folder)
   # No calls to memcpy from inner loops: every vector register would have to be saved around them.
-  set(kernel_flags -O3 -ffp-contract=fast -fno-tree-loop-distribute-patterns)
+  set(kernel_flags -O3 -ffp-contract=fast -fno-math-errno -fno-tree-loop-distribute-patterns)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     set(avx2_flags -mavx2 -mfma)
     set(avx512_flags -mavx512f -mavx2 -mfma -mprefer-vector-width=512)

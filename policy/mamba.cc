@@ -28,6 +28,22 @@ void check_options(const MambaOptions& options) {
 
 }  // namespace
 
+void require_block_input(const MambaOptions& options, const torch::Tensor& x,
+                         const torch::Tensor& condition) {
+  if (x.dim() != 3 || x.size(2) != options.d_model) {
+    throw std::invalid_argument("MambaBlock: x must be [batch, length, " + std::to_string(options.d_model) +
+                                "]");
+  }
+  if (condition.defined() != (options.condition_dim > 0)) {
+    throw std::invalid_argument("MambaBlock: a condition is " +
+                                std::string(condition.defined() ? "given but not expected" : "expected"));
+  }
+  if (condition.defined() && condition.sizes() != at::IntArrayRef({x.size(0), options.condition_dim})) {
+    throw std::invalid_argument("MambaBlock: the condition must be [" + std::to_string(x.size(0)) + ", " +
+                                std::to_string(options.condition_dim) + "]");
+  }
+}
+
 MambaBlockImpl::MambaBlockImpl(const MambaOptions& block_options) : options(block_options) {
   check_options(options);
   const std::int64_t d_model = options.d_model, d_state = options.d_state;
@@ -60,14 +76,7 @@ MambaBlockImpl::MambaBlockImpl(const MambaOptions& block_options) : options(bloc
 }
 
 MambaBlockImpl::Projected MambaBlockImpl::project_in(const torch::Tensor& x, const torch::Tensor& condition) {
-  if (x.dim() != 3 || x.size(2) != options.d_model) {
-    throw std::invalid_argument("MambaBlock: x must be [batch, length, " + std::to_string(options.d_model) +
-                                "]");
-  }
-  if (condition.defined() != (options.condition_dim > 0)) {
-    throw std::invalid_argument("MambaBlock: a condition is " +
-                                std::string(condition.defined() ? "given but not expected" : "expected"));
-  }
+  require_block_input(options, x, condition);
   torch::Tensor normed = norm_->forward(x);
   if (condition.defined()) {
     const auto scale_shift = adaptive_->forward(torch::silu(condition)).unsqueeze(1).chunk(2, 2);

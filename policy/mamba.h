@@ -31,6 +31,10 @@ struct MambaWeights {
   torch::Tensor out_proj;                        ///< [d_model, E]
 };
 
+/// Throws std::invalid_argument unless x is [batch, length, d_model] and condition, where one is expected,
+/// [batch, condition_dim].
+void require_block_input(const MambaOptions& options, const torch::Tensor& x, const torch::Tensor& condition);
+
 /// Paper §3.3: H1 = LN(F); H2 = SSM(SiLU(Conv1d(Linear(H1)))); out = Linear(H2 * SiLU(Linear(H1))); plus
 /// residual. Causal, left to right. Initial values as in the published Mamba code (random ones from torch's
 /// global generator).

@@ -69,6 +69,25 @@ struct ConvGradients {
   float* dtail = nullptr;  ///< [batch, taps - 1, channels]; may be null
 };
 
+/// y[r] (+)= W x[r] for every row r.
+struct ProductArguments {
+  std::int64_t rows = 0, inputs = 0, outputs = 0;
+  Rows x;                         ///< [rows, inputs]
+  const float* packed = nullptr;  ///< W as `pack` laid it out
+  float* y = nullptr;             ///< [rows, outputs]
+  std::int64_t y_stride = 0;
+  bool add = false;  ///< onto what y holds
+};
+
+/// y = (x - mean) / sqrt(variance + epsilon) * gain + offset, over the channels of every row; y may be x.
+struct NormArguments {
+  std::int64_t rows = 0, channels = 0;
+  const float* x = nullptr;                        ///< [rows, channels]
+  const float *gain = nullptr, *offset = nullptr;  ///< [channels]
+  float epsilon = 0;
+  float* y = nullptr;  ///< [rows, channels]
+};
+
 /// One item (and, forward, a range of channel blocks) per call; calls for different items may run in
 /// parallel.
 struct MambaKernels {
@@ -79,7 +98,16 @@ struct MambaKernels {
   void (*scan_backward)(const ScanInputs&, const ScanGradients&, std::int64_t item, float* scratch);
   void (*conv_forward)(const ConvInputs&, float* y, std::int64_t item);
   void (*conv_backward)(const ConvInputs&, const ConvGradients&, std::int64_t item);
+  /// W [outputs, inputs] row by row -> packed_floats(inputs, outputs) floats for `multiply`.
+  void (*pack)(const float* weight, std::int64_t inputs, std::int64_t outputs, float* packed);
+  void (*multiply)(const ProductArguments&);
+  void (*layer_norm)(const NormArguments&);
+  /// x [rows, channels] becomes log(1 + e^(x + bias)), bias [channels].
+  void (*softplus)(float* x, const float* bias, std::int64_t rows, std::int64_t channels);
   std::int64_t blocks(std::int64_t channels) const { return (channels + width - 1) / width; }
+  std::int64_t packed_floats(std::int64_t inputs, std::int64_t outputs) const {
+    return inputs * blocks(outputs) * width;
+  }
   /// Floats that scan_backward wants as scratch.
   std::int64_t scratch_floats(const ScanShape& shape) const;
 };

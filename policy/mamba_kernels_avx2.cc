@@ -1,10 +1,7 @@
-#include "policy/conv_kernel_body.h"
-#include "policy/mamba_kernels.h"
-#include "policy/scan_kernel_body.h"
+#include "policy/mamba_kernel_table.h"
 
 namespace flowscope {
 
-const MambaKernels kAvx2Kernels{"AVX2",          8, scan_forward<8>, scan_backward<8>, conv_forward<8>,
-                                conv_backward<8>};
+const MambaKernels kAvx2Kernels = mamba_kernels_of_width<8>("AVX2");
 
 }  // namespace flowscope

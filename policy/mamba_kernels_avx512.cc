@@ -1,10 +1,7 @@
-#include "policy/conv_kernel_body.h"
-#include "policy/mamba_kernels.h"
-#include "policy/scan_kernel_body.h"
+#include "policy/mamba_kernel_table.h"
 
 namespace flowscope {
 
-const MambaKernels kAvx512Kernels{"AVX-512",        16, scan_forward<16>, scan_backward<16>, conv_forward<16>,
-                                  conv_backward<16>};
+const MambaKernels kAvx512Kernels = mamba_kernels_of_width<16>("AVX-512");
 
 }  // namespace flowscope

@@ -1,10 +1,7 @@
-#include "policy/conv_kernel_body.h"
-#include "policy/mamba_kernels.h"
-#include "policy/scan_kernel_body.h"
+#include "policy/mamba_kernel_table.h"
 
 namespace flowscope {
 
-const MambaKernels kPortableKernels{"portable",      4, scan_forward<4>, scan_backward<4>, conv_forward<4>,
-                                    conv_backward<4>};
+const MambaKernels kPortableKernels = mamba_kernels_of_width<4>("portable");
 
 }  // namespace flowscope

@@ -60,7 +60,7 @@ class ScanBody {
           Float y = D * u;
 #pragma GCC unroll 16
           for (int n = 0; n < states; ++n) {
-            h[n] = S::exp2(delta * rate[n]) * h[n] + delta_u * B[n];
+            h[n] = S::exp2_of_product(delta, rate[n]) * h[n] + delta_u * B[n];
             y += h[n] * C[n];
           }
           if (in.z.data) {
@@ -135,7 +135,7 @@ class ScanBody {
       Float sum{};
 #pragma GCC unroll 16
       for (int n = 0; n < states; ++n) {
-        const Float decay = S::exp2(delta * rate[n]);
+        const Float decay = S::exp2_of_product(delta, rate[n]);
         h[n] = decay * h[n] + delta_u * B[n];
         sum += h[n] * C[n];
         S::store(decay_step + n * W, decay);

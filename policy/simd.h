@@ -32,6 +32,12 @@ struct VectorOf<4> {
       if (i < lanes) to[i] = value[i];
     }
   }
+  static Float only(Float value, Lanes lanes) {
+    for (int i = 0; i < 4; ++i) {
+      if (i >= lanes) value[i] = 0;
+    }
+    return value;
+  }
 #if defined(__SSE2__)
   static Float max(Float a, Float b) { return _mm_max_ps(a, b); }
 #else
@@ -50,6 +56,7 @@ struct VectorOf<8> {
   }
   static Float load(const float* from, Lanes lanes) { return _mm256_maskload_ps(from, lanes); }
   static void store(float* to, Float value, Lanes lanes) { _mm256_maskstore_ps(to, lanes, value); }
+  static Float only(Float value, Lanes lanes) { return _mm256_and_ps(value, _mm256_castsi256_ps(lanes)); }
   static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
 };
 #endif
@@ -63,6 +70,9 @@ struct VectorOf<16> {
   static Lanes first(int count) { return static_cast<Lanes>((1u << count) - 1u); }
   static Float load(const float* from, Lanes lanes) { return _mm512_maskz_loadu_ps(lanes, from); }
   static void store(float* to, Float value, Lanes lanes) { _mm512_mask_storeu_ps(to, lanes, value); }
+  static Float only(Float value, Lanes lanes) { return _mm512_maskz_mov_ps(lanes, value); }
+  /// value * 2^exponent, towards zero where that is too small.
+  static Float scale(Float value, Float exponent) { return _mm512_maskz_scalef_ps(0xffff, value, exponent); }
   static Float max(Float a, Float b) { return _mm512_maskz_max_ps(0xffff, a, b); }
 };
 #endif
@@ -73,6 +83,9 @@ struct Simd {
   using Int = typename VectorOf<W>::Int;
   using Lanes = typename VectorOf<W>::Lanes;
   static constexpr float kLog2E = 1.44269504088896f, kLn2 = 0.693147180559945f;
+
+  /// 1.5 * 2^23: adding it leaves the nearest integer in the low bits.
+  static constexpr float kRounder = 12582912.f;
 
   static Float load(const float* from) {
     Float value;
@@ -88,22 +101,34 @@ struct Simd {
     const std::int64_t left = channels - first;
     return VectorOf<W>::first(left < W ? static_cast<int>(left) : W);
   }
+  /// The other lanes become zero.
+  static Float only(Float value, Lanes lanes) { return VectorOf<W>::only(value, lanes); }
   static Float fill(float value) { return value - Float{}; }
   /// Where a or b is not a number: b.
   static Float max(Float a, Float b) { return VectorOf<W>::max(a, b); }
 
-  /// 2^x for x <= 127, relative error below 2e-7; below -126 the smallest normal number.
-  static Float exp2(Float x) {
-    const Float bounded = max(fill(-126.f), x);
-    constexpr float kRounder =
-        12582912.f;  // 1.5 * 2^23: adding it leaves the nearest integer in the low bits
-    const Float rounded = bounded + kRounder;
-    const Float f = bounded - (rounded - kRounder);  // in [-1/2, 1/2]
-    Float p = f * 0.0013264739f + 0.00967151672f;    // minimax polynomial of 2^f
+  /// 2^f for f in [-1/2, 1/2]: a minimax polynomial.
+  static Float exp2_of_fraction(Float f) {
+    Float p = f * 0.0013264739f + 0.00967151672f;
     p = p * f + 0.0555073358f;
     p = p * f + 0.240222424f;
     p = p * f + 0.693147004f;
-    p = p * f + 1.f;
+    return p * f + 1.f;
+  }
+  /// 2^(a b) for a b <= 127, relative error below 2e-7; from -126 down anything up to the smallest normal.
+  static Float exp2_of_product(Float a, Float b) {
+    if constexpr (W == 16) {
+      const Float whole = (a * b + kRounder) - kRounder;
+      return VectorOf<W>::scale(exp2_of_fraction(a * b - whole), whole);
+    } else {
+      return exp2(a * b);
+    }
+  }
+  /// 2^x for x <= 127, relative error below 2e-7; below -126 the smallest normal number.
+  static Float exp2(Float x) {
+    const Float bounded = max(fill(-126.f), x);
+    const Float rounded = bounded + kRounder;
+    const Float p = exp2_of_fraction(bounded - (rounded - kRounder));
     return reinterpret_cast<Float>(reinterpret_cast<Int>(p) + (reinterpret_cast<Int>(rounded) << 23));
   }
   static Float sigmoid(Float x) { return 1.f / (1.f + exp2(-max(fill(-126.f), x * kLog2E))); }
@@ -112,6 +137,17 @@ struct Simd {
     float total = 0;
     for (int i = 0; i < W; ++i) total += value[i];
     return total;
+  }
+  /// log(1 + e^x), relative error below 1e-6 for x >= -87.
+  static Float softplus(Float x) {
+    const Float above = max(Float{}, x), t = exp2((x - 2.f * above) * kLog2E);  // e^-|x|
+    // log(1 + t) = 2 artanh(s): a polynomial of s^2 in [0, 1/9] through the Chebyshev nodes
+    const Float s = t / (2.f + t), w = s * s;
+    Float p = w * 0.281577784f + 0.279651577f;
+    p = p * w + 0.400245952f;
+    p = p * w + 0.666663216f;
+    p = p * w + 2.00000001f;
+    return above + s * p;
   }
 };
 
