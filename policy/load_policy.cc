@@ -40,19 +40,4 @@ std::unique_ptr<Policy> load_policy(const std::filesystem::path& file) {
   return std::make_unique<LoadedPolicy>(read_checkpoint(file), file);
 }
 
-// A policy that cannot share a scene between predictions takes them one by one.
-std::vector<FlowTrace> Policy::predict_samples(const PolicyInput& input, const PredictOptions& options,
-                                               int count) {
-  if (count < 1) throw std::invalid_argument("there must be at least one sample");
-  if (options.branch && count > 1)
-    throw std::invalid_argument("a branch has the noise of the trace that it leaves: one sample");
-  std::vector<FlowTrace> traces;
-  for (int i = 0; i < count; ++i) {
-    PredictOptions one = options;
-    one.seed += static_cast<std::uint64_t>(i);
-    traces.push_back(predict(input, one));
-  }
-  return traces;
-}
-
 }  // namespace flowscope

@@ -46,7 +46,7 @@ class Policy {
   /// `count` predictions of one scene with the seeds seed, seed + 1, …, each the same as predict's with its
   /// seed. A branch keeps the noise that it has: one sample.
   virtual std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
-                                                 int count);
+                                                 int count) = 0;
   /// Optimiser steps behind the weights.
   virtual std::uint64_t generation() const = 0;
 };
