@@ -101,7 +101,7 @@ class Costs {
   /// Number of tokens that come out of it.
   Count count_point_encoder() {
     if (!s_.point_encoder) return points_;
-    Work& work = parts_["point_encoder"].step;
+    Work& work = parts_[s_.point_groups > 0 ? "point_groups" : "point_encoder"].step;
     if (s_.point_groups == 0) {
       work = stack(s_.point_blocks, points_, 0, false);
       return points_;
