@@ -51,7 +51,13 @@ BatchGroups group_batch(const torch::Tensor& position, std::int64_t groups, std:
   return out;
 }
 
-torch::Tensor greatest(const torch::Tensor& x) { return std::get<0>(x.max(2)); }
+// In place where no gradient asks for what was there: these are the largest tensors.
+torch::Tensor activated(torch::Tensor x) {
+  return torch::GradMode::is_enabled() ? torch::gelu(x) : torch::gelu_(x);
+}
+
+// Over the members of each group.
+torch::Tensor greatest(const torch::Tensor& x) { return x.amax(2); }
 
 }  // namespace
 
@@ -92,10 +98,10 @@ void PointEncoderImpl::require_fitting(const torch::Tensor& tokens, const torch:
 torch::Tensor PointEncoderImpl::embed_groups(const torch::Tensor& tokens, const torch::Tensor& relative,
                                              const torch::Tensor& neighbour) {
   const std::int64_t batch = tokens.size(0);
-  const torch::Tensor repeated =
-      token_in_(tokens).flatten(0, 1).index_select(0, neighbour).view({batch, groups_, size_, channels_});
-  const torch::Tensor h = torch::gelu(repeated + place_in_(relative));
-  const torch::Tensor u = torch::gelu(inner_(h) + pooled_(greatest(h)).unsqueeze(2));
+  torch::Tensor h = token_in_(tokens).flatten(0, 1).index_select(0, neighbour);
+  h = h.view({batch, groups_, size_, channels_}).add_(place_in_(relative));
+  h = activated(h);
+  const torch::Tensor u = activated(inner_(h).add_(pooled_(greatest(h)).unsqueeze(2)));
   return out_(greatest(u));
 }
 

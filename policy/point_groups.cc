@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -20,6 +21,24 @@ int lowest(std::span<const Vector3f> position) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   };
   return static_cast<int>(std::min_element(position.begin(), position.end(), before) - position.begin());
+}
+
+struct Near {
+  float distance2;
+  int index;
+};
+
+// The `size` nearest, sorted; of equally near ones the first. Few points come nearer than the last so far.
+std::vector<Near> nearest_to(const Vector3f& center, std::span<const Vector3f> position, int size) {
+  std::vector<Near> nearest(static_cast<std::size_t>(size), {std::numeric_limits<float>::infinity(), -1});
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const float distance2 = (position[i] - center).squaredNorm();
+    if (distance2 >= nearest.back().distance2) continue;
+    std::size_t at = nearest.size() - 1;
+    for (; at > 0 && nearest[at - 1].distance2 > distance2; --at) nearest[at] = nearest[at - 1];
+    nearest[at] = {distance2, static_cast<int>(i)};
+  }
+  return nearest;
 }
 
 CurveCube cube_around(std::span<const Vector3f> position) {
@@ -50,18 +69,10 @@ PointGroups group_points(std::span<const Vector3f> position, int groups, int siz
                                 std::to_string(size) + " wanted from " + std::to_string(n) + " points");
   PointGroups out;
   out.center = farthest_points({.position = position}, groups, lowest(position));
-  out.neighbour.reserve(static_cast<std::size_t>(groups) * static_cast<std::size_t>(size));
-  std::vector<std::pair<float, int>> by_distance(position.size());
   for (const int c : out.center) {
-    const Vector3f& center = position[static_cast<std::size_t>(c)];
-    for (int i = 0; i < n; ++i)
-      by_distance[static_cast<std::size_t>(i)] = {
-          (position[static_cast<std::size_t>(i)] - center).squaredNorm(), i};
-    std::nth_element(by_distance.begin(), by_distance.begin() + size - 1, by_distance.end());
-    std::sort(by_distance.begin(), by_distance.begin() + size);
-    for (int j = 0; j < size; ++j) out.neighbour.push_back(by_distance[static_cast<std::size_t>(j)].second);
-    out.reach_m +=
-        std::sqrt(by_distance[static_cast<std::size_t>(size - 1)].first) / static_cast<float>(groups);
+    const std::vector<Near> nearest = nearest_to(position[static_cast<std::size_t>(c)], position, size);
+    for (const Near& near : nearest) out.neighbour.push_back(near.index);
+    out.reach_m += std::sqrt(nearest.back().distance2) / static_cast<float>(groups);
   }
 
   const CurveCube cube = cube_around(position);
