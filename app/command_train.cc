@@ -190,8 +190,9 @@ void add_method_options(CLI::App& command, TrainCall& call) {
   CLI::Option* augment =
       command
           .add_option("--augment", call.augment,
-                      "How demonstrations are varied: default (move,recolor,shuffle), none, or some of move, "
-                      "recolor, shuffle, crop (the paper's crops of the pictures) with commas between")
+                      "How demonstrations are varied: default (all but crop), none, or some of move, "
+                      "recolor, repaint, "
+                      "shuffle, crop (the paper's crops of the pictures) with commas between")
           ->capture_default_str();
   command.add_flag("--no-augment", call.no_augment, "The same as --augment none")->excludes(augment);
 }
