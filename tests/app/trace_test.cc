@@ -100,10 +100,8 @@ TEST_F(TraceTest, AnotherProgramStartGivesTheSameNumbersBitForBit) {
   EXPECT_EQ(first, without_time(predict("here")));
 }
 
-TEST_F(TraceTest, EveryStepIsAnEulerStep) {
-  const json trace = predict("euler", {"--flow-steps", "5"});
+void expect_steps_of_velocity(const json& trace) {
   const json& steps = trace["steps"];
-  ASSERT_EQ(steps.size(), 6u);
   EXPECT_EQ(steps.front()["t"], 0.0);
   EXPECT_EQ(steps.back()["t"], 1.0);
   for (std::size_t k = 0; k + 1 < steps.size(); ++k) {
@@ -120,6 +118,40 @@ TEST_F(TraceTest, EveryStepIsAnEulerStep) {
   }
   EXPECT_EQ(steps.back()["pose"]["position"], trace["result"]["position"]);
   EXPECT_EQ(steps.back()["pose"]["quaternion"], trace["result"]["quaternion"]);
+}
+
+TEST_F(TraceTest, EveryStepIsTheVelocityTimesItsTimeWithEveryIntegrator) {
+  for (const std::string integrator : {"euler", "midpoint", "rk4"}) {
+    const json trace = predict(integrator, {"--flow-steps", "5", "--integrator", integrator});
+    ASSERT_EQ(trace["steps"].size(), 6u);
+    EXPECT_EQ(trace["integrator"], integrator);
+    expect_steps_of_velocity(trace);
+  }
+  EXPECT_EQ(without_time(predict("default")), without_time(predict("named", {"--integrator", "euler"})));
+}
+
+TEST_F(TraceTest, ATransformerThatDiffusesIsTrainedAndPredicts) {
+  const std::string file = (folder_->path() / "ddpm.flow").string();
+  const Outcome trained =
+      run_command({"train", "--data", data(), "--policy", file, "--preset", "nano", "--steps", "2",
+                   "--backbone", "transformer", "--objective", "ddpm", "--json"});
+  ASSERT_EQ(trained.code, 0) << trained.err;
+  const auto call = [&](const std::string& name, const std::vector<std::string>& options) {
+    std::vector<std::string> words = predict_words(trace_file(name), options);
+    words[2] = file;
+    return run_command(words);
+  };
+  const Outcome predicted = call("ddpm", {"--flow-steps", "5"});
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  const json trace = json::parse(predicted.out);
+  EXPECT_EQ(trace["policy"]["objective"], "ddpm");
+  EXPECT_EQ(trace["policy"]["backbone"], "transformer");
+  expect_steps_of_velocity(trace);
+  EXPECT_EQ(without_time(trace), without_time(json::parse(call("again", {"--flow-steps", "5"}).out)));
+
+  const Outcome refused = call("no", {"--integrator", "rk4"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_TRUE(contains(refused.err, "rk4") && contains(refused.err, "ddpm")) << refused.err;
 }
 
 TEST_F(TraceTest, TheRegionFollowsTheNoisyPositionAndShrinksOnSchedule) {

@@ -111,6 +111,7 @@ TEST(Requests, NameUnknownKeysAndWrongTypes) {
   EXPECT_EQ(refusal([] { predict_request(parse_body(R"({"flow_steps":2.5})")); }).where, "flow_steps");
   EXPECT_EQ(refusal([] { predict_request(parse_body(R"({"flow_steps":0})")); }).where, "flow_steps");
   EXPECT_EQ(refusal([] { predict_request(parse_body(R"({"seed":-1})")); }).where, "seed");
+  EXPECT_EQ(refusal([] { predict_request(parse_body(R"({"integrator":"ode45"})")); }).where, "integrator");
   EXPECT_EQ(refusal([] { predict_request(parse_body("[]")); }).where, "body");
   EXPECT_EQ(refusal([] { reset_request(parse_body("{}")); }).where, "task");
   EXPECT_EQ(refusal([] { show_request(parse_body("{}")); }).where, "step");
@@ -122,6 +123,8 @@ TEST(Requests, NameUnknownKeysAndWrongTypes) {
 
 TEST(Requests, ReadWhatTheContractNames) {
   EXPECT_EQ(predict_request(parse_body(R"({"seed":18446744073709551615})")).seed, UINT64_MAX);
+  EXPECT_EQ(predict_request(parse_body("{}")).integrator, "euler");
+  EXPECT_EQ(predict_request(parse_body(R"({"integrator":"rk4","samples":3})")).integrator, "rk4");
   EXPECT_EQ(show_request(parse_body(R"({"step":null})")), std::nullopt);
   EXPECT_EQ(show_request(parse_body(R"({"step":3})")), 3);
   const BranchRequest branch = branch_request(parse_body(R"({"step":2,"position":[1,2,3],"radius":0.1})"));
