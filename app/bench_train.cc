@@ -1,6 +1,6 @@
 #include "app/bench_train.h"
 
-#include "policy/trainer.h"
+#include "policy/bench_learning.h"
 #include "recorder/record.h"
 #include "recorder/task.h"
 #include "render/renderer.h"
@@ -13,25 +13,17 @@ std::vector<BenchResult> bench_train(const std::filesystem::path& assets, const 
   const auto task = tasks.get("push_buttons");
   World world(task);
   Renderer renderer(task->model(), task->name());
-  TrainOptions options;
-  options.preset = preset;
-  const auto trainer = Trainer::create(options);
+  std::vector<Demo> demos;
   for (int i = 0; i < 2; ++i) {
     world.reset(3 * i, static_cast<std::uint64_t>(i));
     RunReport report = run_script(world, world.episode().demonstration, [&](const SceneState& state) {
       return renderer.observe_all(state, observation_cameras(), observation_size);
     });
     if (!report.demo) throw std::runtime_error("bench: the demonstration failed: " + report.reason);
-    report.demo->info.id = "bench-" + std::to_string(i);
-    trainer->add(*report.demo);
+    demos.push_back(std::move(*report.demo));
+    demos.back().info.id = "bench-" + std::to_string(i);
   }
-  TrainStatus status;
-  for (int i = 0; i < steps; ++i) status = trainer->step();
-  return {{.name = "train_" + preset,
-           .value = status.samples_per_s,
-           .unit = "samples/s",
-           .ratio = {},
-           .against = {}}};
+  return bench_learning(demos, {.preset = preset, .steps = steps, .plain_steps = 2});
 }
 
 }  // namespace flowscope

@@ -1,4 +1,4 @@
-// How fast the policy learns, counted in samples.
+// How fast the policy learns from recorded demonstrations.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,8 @@
 
 namespace flowscope {
 
-/// Records two demonstrations of push_buttons and trains the preset on them for `steps` optimiser steps.
+/// Records two demonstrations of push_buttons and measures the learning of the preset on them
+/// (policy/bench_learning.h).
 std::vector<BenchResult> bench_train(const std::filesystem::path& assets, const std::string& preset = "desk",
                                      int steps = 12);
 

@@ -4,6 +4,7 @@
 
 #include "policy/flush_denormals.h"
 #include "policy/mamba_kernels.h"
+#include "policy/scan_by_tensors.h"
 #include "policy/tensor_rows.h"
 
 namespace flowscope {
@@ -88,6 +89,7 @@ torch::Tensor causal_conv_silu_on(const MambaKernels& kernels, const torch::Tens
 
 torch::Tensor causal_conv_silu(const torch::Tensor& x, const torch::Tensor& weight, const torch::Tensor& bias,
                                const torch::Tensor& tail) {
+  if (x.defined() && !x.is_cpu()) return causal_conv_silu_by_tensors(x, weight, bias, tail);
   return causal_conv_silu_on(*supported_mamba_kernels().front(), x, weight, bias, tail);
 }
 

@@ -5,6 +5,11 @@
 namespace flowscope {
 namespace {
 
+// A field that is added to a batch must be moved too.
+static_assert(sizeof(SceneBatch) == 12 * sizeof(torch::Tensor),
+              "name the new field in on_device(SceneBatch)");
+static_assert(sizeof(DrawBatch) == 7 * sizeof(torch::Tensor), "name the new field in on_device(DrawBatch)");
+
 void move_all(std::initializer_list<torch::Tensor*> tensors, const torch::Device& device) {
   for (torch::Tensor* tensor : tensors)
     if (tensor->defined()) *tensor = tensor->to(device);

@@ -7,6 +7,7 @@
 
 #include "policy/flush_denormals.h"
 #include "policy/mamba_kernels.h"
+#include "policy/scan_by_tensors.h"
 #include "policy/tensor_rows.h"
 
 namespace flowscope {
@@ -188,6 +189,7 @@ ScanResult selective_scan_on(const MambaKernels& kernels, const ScanArguments& a
 }
 
 ScanResult selective_scan(const ScanArguments& arguments) {
+  if (arguments.u.defined() && !arguments.u.is_cpu()) return scan_by_tensors(arguments);
   return selective_scan_on(*supported_mamba_kernels().front(), arguments);
 }
 
