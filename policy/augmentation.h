@@ -10,7 +10,7 @@ struct Augmentation {
   bool recolor = true;  ///< colours of points, patches and colour words turned together
   bool shuffle = true;  ///< the things on the table moved about, each with the target that belongs to it
   bool crop = false;    ///< the paper's: pictures and XYZ maps resized and cropped together (picture_crop.h)
-  bool repaint = true;  ///< half of the time instead of recolor: each like-coloured part a colour of its own,
+  bool repaint = true;  ///< mostly instead of recolor: each like-coloured part a colour of its own,
                         ///< and words with theirs (recolor.h)
 
   static Augmentation none() { return {false, false, false, false, false}; }

@@ -1,6 +1,7 @@
 #include "policy/sample.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -18,7 +19,7 @@ RobotState state_at(const Demo& demo, int frame) {
 
 void change_colors(PreparedScene& scene, std::vector<Word>& words, const Augmentation& kinds,
                    Random& random) {
-  const bool repainted = kinds.repaint && random.uniform() < 0.5 && repaint_parts(scene, words, random);
+  const bool repainted = kinds.repaint && random.uniform() < 0.7 && repaint_parts(scene, words, random);
   if (!repainted && kinds.recolor && random.uniform() < 0.7) turn_colors(scene, words, random);
 }
 
@@ -35,23 +36,67 @@ void blur_past(std::array<RobotState, history_length>& history, Random& random) 
   }
 }
 
+// Whether a target that turns along with its thing still is the one of several equal turns that an expert
+// would take: those nearest to the tool's own yaw.
+bool turn_stays_nearest(const Pose& target, const Pose& tool, double yaw_rad) {
+  const Eigen::Quaterniond between = target.rotation * tool.rotation.conjugate();
+  const double before = std::remainder(2 * std::atan2(between.z(), between.w()), 2 * std::numbers::pi);
+  const double after = std::abs(std::remainder(before + yaw_rad, 2 * std::numbers::pi));
+  return after < std::numbers::pi / 4 || after < std::abs(before);
+}
+
+Pose pose_of(const ThingMove& move) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(move.yaw_rad, Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d pivot = move.pivot.cast<double>();
+  return {pivot + move.shift.cast<double>() - turn * pivot, turn};
+}
+
+void move_point(ScenePoint& p, const Pose& moved_from_world, double yaw_rad) {
+  const Eigen::Matrix3f rotation = moved_from_world.rotation.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f offset = moved_from_world.position.cast<float>();
+  p.position = rotation * p.position + offset;
+  p.normal = rotation * p.normal;
+  p.around = moved(p.around, static_cast<float>(yaw_rad), offset);
+}
+
 // The same task with its things elsewhere: the target goes along with the thing that it is about.
-void move_things(PreparedScene& scene, GripperAction& target, const Eigen::Vector3d& tool, double range_m,
+void move_things(PreparedScene& scene, GripperAction& target, const Pose& tool, double range_m,
                  Random& random) {
   std::vector<Eigen::Vector3f> position;
   for (const ScenePoint& p : scene.points) position.push_back(p.position);
   const Eigen::Vector3f place = target.world_from_tool.position.cast<float>();
   const int about = thing_at(position, scene.thing, scene.plane_z, place);
   if (about < 0) return;  // nobody knows what it goes along with
-  const std::vector<Eigen::Vector3f> shift = shuffle_things(
-      position, scene.thing, scene.plane_z, tool.cast<float>(), static_cast<float>(range_m), random);
+  std::vector<ThingMove> moves = shuffle_things(
+      position, scene.thing, scene.plane_z, tool.position.cast<float>(), static_cast<float>(range_m), random);
+  ThingMove& own = moves[static_cast<std::size_t>(about)];
+  if (!turn_stays_nearest(target.world_from_tool, tool, own.yaw_rad)) own.yaw_rad = 0;
+  std::vector<Pose> poses;
+  for (const ThingMove& m : moves) poses.push_back(pose_of(m));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     if (scene.thing[i] < 0) continue;
-    const Eigen::Vector3f& by = shift[static_cast<std::size_t>(scene.thing[i])];
-    scene.points[i].position += by;
-    scene.points[i].around.middle += by;
+    const auto id = static_cast<std::size_t>(scene.thing[i]);
+    move_point(scene.points[i], poses[id], moves[id].yaw_rad);
   }
-  target.world_from_tool.position += shift[static_cast<std::size_t>(about)].cast<double>();
+  target.world_from_tool = poses[static_cast<std::size_t>(about)] * target.world_from_tool;
+}
+
+// Which points were measured is chance: a network that always sees the same ones knows the demonstration by
+// them.
+void drop_points(PreparedScene& scene, Random& random) {
+  const double keep = random.uniform(0.5, 1.0);
+  std::size_t to = 0, patches = 0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    if (i > 0 && random.uniform() > keep) continue;
+    if (i < scene.patches.size()) scene.patches[patches++] = scene.patches[i];
+    scene.points[to] = scene.points[i];
+    scene.thing[to] = scene.thing[i];
+    scene.part[to++] = scene.part[i];
+  }
+  scene.patches.resize(patches);
+  scene.points.resize(to);
+  scene.thing.resize(to);
+  scene.part.resize(to);
 }
 
 struct Move {
@@ -70,18 +115,15 @@ Move random_move(const TrainRates& rates, const Eigen::Vector3d& center, Random&
 }
 
 void move_points(PreparedScene& scene, const Move& move, double jitter_m, Random& random) {
-  const Eigen::Matrix3f rotation = move.moved_from_world.rotation.toRotationMatrix().cast<float>();
-  const Eigen::Vector3f offset = move.moved_from_world.position.cast<float>();
   const auto reach = static_cast<float>(jitter_m * std::sqrt(3.0));  // uniform with that standard deviation
   for (ScenePoint& p : scene.points) {
     Eigen::Vector3f noise;
     for (int a = 0; a < 3; ++a) noise[a] = static_cast<float>(random.uniform(-1, 1)) * reach;
-    p.position = rotation * p.position + offset + noise;
-    p.normal = rotation * p.normal;
-    p.around = moved(p.around, static_cast<float>(move.yaw_rad), offset);
+    move_point(p, move.moved_from_world, move.yaw_rad);
+    p.position += noise;
   }
   // A turn about z leaves heights alone, so what the offset has of z is the lift.
-  scene.plane_z += offset.z();
+  scene.plane_z += static_cast<float>(move.moved_from_world.position.z());
 }
 
 }  // namespace
@@ -148,8 +190,8 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
         sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
   change_colors(*scene, out.input.words, kinds, random);
   if (kinds.shuffle && random.uniform() < rates.shuffle)
-    move_things(*scene, out.target, sample.input.history.back().world_from_tool.position, rates.shuffle_m,
-                random);
+    move_things(*scene, out.target, sample.input.history.back().world_from_tool, rates.shuffle_m, random);
+  drop_points(*scene, random);
   move_points(*scene, move, rates.jitter_m, random);
   for (RobotState& r : out.input.history) r.world_from_tool = move.moved_from_world * r.world_from_tool;
   blur_past(out.input.history, random);

@@ -188,7 +188,7 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
     const View& view = observation.views[static_cast<std::size_t>(c.view)];
     c.point.normal = normal_at(placed(observation, places, static_cast<std::size_t>(c.view)), c.x, c.y);
     scene.points.push_back(c.point);
-    if (scene.patches.size() < static_cast<std::size_t>(shape.image_tokens))
+    if (scene.patches.size() < 2 * static_cast<std::size_t>(shape.image_tokens))
       scene.patches.push_back(patch_around(view, c.x, c.y));
   }
   std::vector<Vector3f> position, color;

@@ -23,8 +23,8 @@ inline constexpr int patch_side = 8, patch_values = patch_side * patch_side * 3;
 using Patch = std::array<float, patch_values>;
 
 /// Points are in farthest-point order (position and colour) at the front and in a fixed shuffled order
-/// behind, so the first n of them that lie inside any sphere cover it evenly. The first `patches.size()`
-/// points are the places of the semantic tokens.
+/// behind, so the first n of them that lie inside any sphere cover it evenly. The first points with
+/// a patch are the places of the semantic tokens; as many again have one for when training leaves some out.
 struct PreparedScene {
   std::vector<ScenePoint> points;
   std::vector<Patch> patches;

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.5f, about_m = 0.15f,
-                stands_m = 0.03f;
+constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.7f, arm_m = 0.5f,
+                about_m = 0.15f, stands_m = 0.03f, largest_turn_rad = 0.44f;
 constexpr int attempts = 8, fewest_points = 5;
 
 struct Extent {
@@ -21,6 +21,7 @@ struct Extent {
   bool near_tool = false;
 
   Vector3f middle() const { return 0.5f * (low + high); }
+  bool is_arm() const { return near_tool && (high - low).maxCoeff() > arm_m; }
   float radius() const { return 0.5f * (high - low).head<2>().norm(); }
 };
 
@@ -85,10 +86,10 @@ std::vector<int> find_things(const std::vector<Vector3f>& position, const std::v
   return thing;
 }
 
-std::vector<Vector3f> shuffle_things(const std::vector<Vector3f>& position, const std::vector<int>& thing,
-                                     float plane_z, const Vector3f& tool, float range_m, Random& random) {
+std::vector<ThingMove> shuffle_things(const std::vector<Vector3f>& position, const std::vector<int>& thing,
+                                      float plane_z, const Vector3f& tool, float range_m, Random& random) {
   std::vector<Extent> all = extents(position, thing, tool);
-  std::vector<Vector3f> shift(all.size(), Vector3f::Zero());
+  std::vector<ThingMove> moves(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Extent& e = all[i];
     const Vector3f size = e.high - e.low;
@@ -99,18 +100,18 @@ std::vector<Vector3f> shuffle_things(const std::vector<Vector3f>& position, cons
       const Vector3f by(static_cast<float>(random.uniform(-range_m, range_m)),
                         static_cast<float>(random.uniform(-range_m, range_m)), 0);
       const bool free = std::ranges::all_of(all, [&](const Extent& o) {
-        if (&o == &e || o.points < fewest_points) return true;
+        if (&o == &e || o.points < fewest_points || o.is_arm()) return true;
         const float apart = (o.middle() - e.middle() - by).head<2>().norm();
         return apart > o.radius() + e.radius() + gap_m || o.low.z() > e.high.z() + 0.1f;
       });
       if (!free) continue;
-      shift[i] = by;
+      moves[i] = {e.middle(), by, static_cast<float>(random.uniform(-largest_turn_rad, largest_turn_rad))};
       all[i].low += by;
       all[i].high += by;
       break;
     }
   }
-  return shift;
+  return moves;
 }
 
 int thing_at(const std::vector<Vector3f>& position, const std::vector<int>& thing, float plane_z,

@@ -79,7 +79,7 @@ struct Points {
 
 Points find_points(const Model& model, const FlowTrace& trace) {
   const auto& scene = *nano_scene().scene;
-  const std::size_t image_tokens = scene.patches.size();
+  const auto image_tokens = static_cast<std::size_t>(model.shape.image_tokens);
   std::set<std::size_t> selected, inside;
   for (const FlowStep& s : trace.steps) {
     const RegionPoints region =

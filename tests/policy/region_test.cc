@@ -117,7 +117,7 @@ TEST(ScenePoints, LieOnTheThingsAndCoverThem) {
   const PreparedScene scene = prepare_scene(demo.start, demo.bounds, shape);
   EXPECT_NEAR(scene.plane_z, testing::table_z, 0.004);
   EXPECT_LE(scene.points.size(), static_cast<std::size_t>(shape.scene_points));
-  EXPECT_EQ(scene.patches.size(), static_cast<std::size_t>(shape.image_tokens));
+  EXPECT_EQ(scene.patches.size(), 2 * static_cast<std::size_t>(shape.image_tokens));
   // Every button's cap holds candidate points, at its height.
   for (const Keyframe& k : demo.keyframes) {
     int near = 0;

@@ -224,16 +224,19 @@ TEST(Things, FindNoneWhereAPointIsNotFinite) {
 TEST(Things, AreShiftedApartButNotUnderTheTool) {
   const Tabletop t = two_rings();
   Random random(5);
-  double farthest = 0;
+  float farthest = 0, most_turned = 0;
   for (int i = 0; i < 200; ++i) {
-    const auto shift = shuffle_things(t.points, t.thing, 0.752f, {0.1f, 0.1f, 0.80f}, 0.25f, random);
-    EXPECT_TRUE(shift[0].isZero()) << "the tool is at it";
-    EXPECT_EQ(shift[1].z(), 0);
-    const Vector3f second = Vector3f(0.3f, 0.1f, 0.76f) + shift[1];
+    const auto moves = shuffle_things(t.points, t.thing, 0.752f, {0.1f, 0.1f, 0.80f}, 0.25f, random);
+    EXPECT_TRUE(moves[0].shift.isZero() && moves[0].yaw_rad == 0) << "the tool is at it";
+    EXPECT_EQ(moves[1].shift.z(), 0);
+    const Vector3f second = Vector3f(0.3f, 0.1f, 0.76f) + moves[1].shift;
     EXPECT_GT((second - Vector3f(0.1f, 0.1f, 0.76f)).norm(), 0.06f) << "it would stand in the other";
-    farthest = std::max<double>(farthest, shift[1].norm());
+    farthest = std::max(farthest, moves[1].shift.norm());
+    most_turned = std::max(most_turned, std::abs(moves[1].yaw_rad));
   }
-  EXPECT_GT(farthest, 0.15);
+  EXPECT_GT(farthest, 0.15f);
+  EXPECT_GT(most_turned, 0.3f);
+  EXPECT_LT(most_turned, 0.5f);
 }
 
 }  // namespace
