@@ -27,6 +27,7 @@ Json to_json(const AblationMeasure& m) {
     tasks.push_back({{"task", t.task},
                      {"successes", t.successes},
                      {"episodes", t.episodes},
+                     {"first_attempts", t.first_attempts},
                      {"position_mm", t.position_mm}});
   return {{"flow_steps", m.flow_steps},
           {"tasks", tasks},
@@ -39,7 +40,8 @@ AblationMeasure measure_of(const Json& json) {
   AblationMeasure m{
       json.at("flow_steps"), {}, json.at("ms_per_prediction"), json.at("seconds"), json.at("failure")};
   for (const Json& t : json.at("tasks"))
-    m.tasks.push_back({t.at("task"), t.at("successes"), t.at("episodes"), t.at("position_mm")});
+    m.tasks.push_back(
+        {t.at("task"), t.at("successes"), t.at("episodes"), t.at("first_attempts"), t.at("position_mm")});
   return m;
 }
 

@@ -26,6 +26,7 @@ struct AblationBudget {
 struct TaskScore {
   std::string task;
   int successes = 0, episodes = 0;
+  int first_attempts = 0;  ///< successes within the length of a demonstration; the others may be chance
   double position_mm = 0;  ///< median against the expert's keyframes
 };
 

@@ -185,10 +185,13 @@ AblationTable labelled_rows(const std::string& name, const std::string& title,
       for (std::size_t i = 0; s && i < s->tasks.size(); ++i)
         mm += s->tasks[i].position_mm / static_cast<double>(s->tasks.size());
       rows.push_back({label, std::to_string(cell.flow_steps), success(runs, cell),
+                      s ? number("%.1f", 100.0 * s->first_attempts / s->episodes) : "-",
                       s ? number("%.1f", mm) : "-", milliseconds(runs, cell)});
     }
-    return markdown(title, {"Policy", "i-steps", "Avg. success %", "Position error mm", "Inference time ms"},
-                    rows);
+    return markdown(
+        title,
+        {"Policy", "i-steps", "Avg. success %", "First attempt %", "Position error mm", "Inference time ms"},
+        rows);
   };
   return table;
 }
@@ -204,7 +207,8 @@ AblationTable table_ours(const TableChoice& choice) {
   without("grounding (velocity from the action token)", &AblationVariant::grounded);
   without("binding of words and points", &AblationVariant::binding);
   without("rotations and shifts", &AblationVariant::move);
-  without("recolouring", &AblationVariant::recolor);
+  without("recolouring all together", &AblationVariant::recolor);
+  without("repainting part by part", &AblationVariant::repaint);
   without("moving things about", &AblationVariant::shuffle);
   AblationVariant cropped;
   cropped.crop = true;
@@ -224,9 +228,11 @@ std::optional<CellSummary> summarise(const std::vector<AblationRun>& runs, const
       successes += task.successes;
       episodes += task.episodes;
       auto same = std::ranges::find(sum.tasks, task.task, &TaskScore::task);
-      if (same == sum.tasks.end()) same = sum.tasks.insert(same, {task.task, 0, 0, 0});
+      if (same == sum.tasks.end()) same = sum.tasks.insert(same, {task.task, 0, 0, 0, 0});
       same->successes += task.successes;
       same->episodes += task.episodes;
+      same->first_attempts += task.first_attempts;
+      sum.first_attempts += task.first_attempts;
       same->position_mm += task.position_mm;
     }
     if (episodes == 0) continue;
@@ -262,10 +268,13 @@ std::vector<AblationTable> make_tables(const TableChoice& choice) {
   return tables;
 }
 
-AblationTable make_grid_table(std::vector<AblationCell> cells) {
+AblationTable make_cell_table(const std::string& title, const std::vector<AblationCell>& cells) {
   std::vector<std::pair<std::string, AblationCell>> entries;
-  for (AblationCell& cell : cells) entries.emplace_back(key_of(cell.variant), cell);
-  return labelled_rows("grid", "Grid", entries);
+  for (const AblationCell& cell : cells) {
+    const std::pair entry{key_of(cell.variant), cell};
+    if (std::ranges::find(entries, entry) == entries.end()) entries.push_back(entry);
+  }
+  return labelled_rows("cells", title, entries);
 }
 
 }  // namespace flowscope

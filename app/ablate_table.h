@@ -12,7 +12,7 @@ namespace flowscope {
 
 /// One cell over all its training seeds.
 struct CellSummary {
-  int successes = 0, episodes = 0;
+  int successes = 0, first_attempts = 0, episodes = 0;
   double low = 0, high = 1;      ///< 95 % Wilson interval of successes / episodes
   std::vector<double> by_seed;   ///< fraction per training seed
   double ms = 0;                 ///< per prediction, mean over the seeds
@@ -43,7 +43,7 @@ struct TableChoice {
 /// adds, each taken out. Throws std::invalid_argument for another name.
 std::vector<AblationTable> make_tables(const TableChoice& choice);
 
-/// One row per cell, for a grid.
-AblationTable make_grid_table(std::vector<AblationCell> cells);
+/// One row per cell, each once: a grid, or what the layouts above leave out.
+AblationTable make_cell_table(const std::string& title, const std::vector<AblationCell>& cells);
 
 }  // namespace flowscope

@@ -38,7 +38,7 @@ AblationMeasure measure_cell(const TaskLibrary& tasks, const AblationBudget& bud
   options.workers = workers;
   AblationMeasure measure;
   for (const EvalRow& row : evaluate(tasks, options, [](int, int) {})) {
-    measure.tasks.push_back({row.task, row.successes, row.episodes, row.position_mm});
+    measure.tasks.push_back({row.task, row.successes, row.episodes, row.first_attempts, row.position_mm});
     measure.ms += row.ms / static_cast<double>(budget.tasks.size());
   }
   return measure;
@@ -58,7 +58,11 @@ TrainOptions train_options_of(const AblationVariant& variant, const AblationBudg
   options.objective = variant.objective;
   options.grounded = variant.grounded;
   options.binding = variant.binding;
-  options.augment = {variant.move, variant.recolor, variant.shuffle, variant.crop};
+  options.augment.move = variant.move;
+  options.augment.recolor = variant.recolor;
+  options.augment.repaint = variant.repaint;
+  options.augment.shuffle = variant.shuffle;
+  options.augment.crop = variant.crop;
   return options;
 }
 

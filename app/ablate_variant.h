@@ -10,15 +10,14 @@ namespace flowscope {
 
 /// One way to train; what is not named here is the preset's.
 struct AblationVariant {
-  std::string backbone = "mamba";    ///< mamba, transformer
-  std::string radius = "linear";     ///< Dynamic Radius Schedule: linear, cosine, off
-  bool point_encoder = true;         ///< encoder over the geometry tokens
-  std::string objective = "cfm";     ///< cfm, ddim, ddpm
-  bool grounded = true;              ///< false: velocity straight from the action token, the paper's form
-  bool binding = true;               ///< points know how well they match each word
-  bool move = true, recolor = true;  ///< augmentations: rotations and shifts; colours of things and words
-  bool shuffle = true;               ///< things on the table moved about
-  bool crop = false;                 ///< the paper's: pictures resized and cropped
+  std::string backbone = "mamba";  ///< mamba, transformer
+  std::string radius = "linear";   ///< Dynamic Radius Schedule: linear, cosine, off
+  bool point_encoder = true;       ///< encoder over the geometry tokens
+  std::string objective = "cfm";   ///< cfm, ddim, ddpm
+  bool grounded = true;            ///< false: velocity straight from the action token, the paper's form
+  bool binding = true;             ///< points know how well they match each word
+  // Augmentations (policy/augmentation.h).
+  bool move = true, recolor = true, repaint = true, shuffle = true, crop = false;
   auto operator<=>(const AblationVariant&) const = default;
 };
 
@@ -33,6 +32,7 @@ void visit_variant(Variant& v, Visitor&& field) {
   field("binding", v.binding);
   field("move", v.move);
   field("recolor", v.recolor);
+  field("repaint", v.repaint);
   field("shuffle", v.shuffle);
   field("crop", v.crop);
 }

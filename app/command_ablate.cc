@@ -24,10 +24,14 @@ struct AblateCall {
 };
 
 std::vector<AblationTable> tables_of(const AblateCall& call) {
-  if (!call.grid.empty()) return {make_grid_table(read_grid(call.grid))};
+  if (!call.grid.empty()) return {make_cell_table("Grid", read_grid(call.grid))};
   TableChoice choice = call.tables;
   choice.tasks = call.budget.tasks;
-  return make_tables(choice);
+  std::vector<AblationTable> tables = make_tables(choice);
+  std::vector<AblationCell> cells;
+  for (const AblationTable& table : tables) cells.insert(cells.end(), table.cells.begin(), table.cells.end());
+  tables.push_back(make_cell_table("All cells", cells));
+  return tables;
 }
 
 std::string markdown_of(const std::vector<AblationTable>& tables, const AblationStore& store) {

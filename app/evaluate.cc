@@ -159,6 +159,7 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
   }
   const int trials = options.seeds * options.episodes;
   row.successes = successes;
+  row.first_attempts = first_attempts;
   row.episodes = trials;
   row.success = static_cast<double>(successes) / trials;
   row.ms /= std::max(1, predictions);

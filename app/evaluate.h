@@ -23,7 +23,7 @@ struct EvalOptions {
 
 struct EvalRow {
   std::string task;
-  int successes = 0, episodes = 0;
+  int successes = 0, first_attempts = 0, episodes = 0;
   double success = 0;           ///< fraction of all episodes
   double low = 0, high = 0;     ///< 95 % Wilson interval of it
   double first_attempt = 0;     ///< fraction done within the length of a demonstration, before starting over

@@ -67,7 +67,7 @@ class Ablation : public ::testing::Test {
               if (events_.size() == stop_at_) throw Killed();
               if (flow_steps == 1000) throw std::runtime_error("too many steps");
               AblationMeasure m;
-              m.tasks = {{"push_buttons", seed + 1, 4, 10.0 + seed}, {"close_jar", 0, 4, 20.0}};
+              m.tasks = {{"push_buttons", seed + 1, 4, seed, 10.0 + seed}, {"close_jar", 0, 4, 0, 20.0}};
               m.ms = 5.0 * flow_steps;
               return m;
             }};
@@ -93,6 +93,7 @@ TEST_F(Ablation, TrainsEachVariantOncePerSeedAndMeasuresItAtAllItsSteps) {
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->successes, 3);
   EXPECT_EQ(summary->episodes, 16);
+  EXPECT_EQ(summary->first_attempts, 1);
   EXPECT_EQ(summary->by_seed, (std::vector<double>{1.0 / 8, 2.0 / 8}));
   EXPECT_DOUBLE_EQ(summary->ms, 20);
   EXPECT_DOUBLE_EQ(summary->tasks.at(0).position_mm, 10.5);
@@ -231,6 +232,18 @@ TEST_F(Ablation, EveryTableNamesTheCellsThatFillIt) {
   EXPECT_THROW(make_tables({{"5"}, {}, false, {}}), std::invalid_argument);
 }
 
+TEST_F(Ablation, ACellTableHasEachCellOnceWithItsFirstAttempts) {
+  AblationStore results = store();
+  run(results, {{{}, 4}}, 2);
+  EXPECT_EQ(
+      make_cell_table("Grid", {{{}, 4}, {{}, 2}, {{}, 4}}).markdown(results.runs()),
+      "### Grid\n\n"
+      "| Policy | i-steps | Avg. success % | First attempt % | Position error mm | Inference time ms |\n"
+      "|---|---|---|---|---|---|\n"
+      "| full | 4 | 18.8 [6.6–43.0] (12.5, 25.0) | 6.2 | 15.2 | 20.0 |\n"
+      "| full | 2 | - | - | - | - |\n");
+}
+
 class AblationGrid : public ::testing::Test {
  protected:
   std::vector<AblationCell> read(const std::string& text) const {
@@ -284,7 +297,7 @@ TEST(AblationTools, EveryFieldOfAVariantReachesTraining) {
   EXPECT_FALSE(options.grounded);
   EXPECT_EQ(options.objective, "ddim");
   EXPECT_FALSE(options.binding);
-  EXPECT_EQ(names_of(options.augment), "move,shuffle,crop");
+  EXPECT_EQ(names_of(options.augment), "move,repaint,shuffle,crop");
   EXPECT_EQ(full.augment, Augmentation());
 }
 
