@@ -53,6 +53,39 @@ void put_moments(Writer& w, const ScenePoint& p) {
     w.put(v);
 }
 
+torch::Tensor as_planes(const ImageRgb& picture) {
+  return torch::from_blob(const_cast<std::uint8_t*>(picture.data.data()), {picture.height, picture.width, 3},
+                          torch::kUInt8)
+             .permute({2, 0, 1})
+             .to(torch::kFloat32) /
+         255;
+}
+
+// What frozen encoders look at or have said.
+void put_frozen(SceneBatch& b, const std::vector<const SceneInput*>& scenes, const NetworkShape& shape) {
+  const auto s_count = static_cast<std::int64_t>(scenes.size());
+  if (const auto& first = scenes.front()->words.front().feature) {
+    const auto width = static_cast<std::int64_t>(first->size());
+    b.word_feature = torch::zeros({s_count, shape.words, width});
+    for (std::int64_t s = 0; s < s_count; ++s) {
+      const auto& words = scenes[static_cast<std::size_t>(s)]->words;
+      for (std::size_t w = 0; w < std::min(words.size(), static_cast<std::size_t>(shape.words)); ++w)
+        std::ranges::copy(*words[w].feature, b.word_feature.data_ptr<float>() +
+                                                 (s * shape.words + static_cast<std::int64_t>(w)) * width);
+    }
+  }
+  if (!scenes.front()->scene->pictures) return;
+  std::vector<torch::Tensor> pictures;
+  b.patch_place = torch::empty({s_count, shape.image_tokens, 3});
+  Writer place(b.patch_place);
+  for (const SceneInput* in : scenes) {
+    for (const ImageRgb& picture : *in->scene->pictures) pictures.push_back(as_planes(picture));
+    for (std::size_t m = 0; m < static_cast<std::size_t>(shape.image_tokens); ++m)
+      place.put(in->scene->patch_place[m % in->scene->patch_place.size()]);
+  }
+  b.pictures = torch::stack(pictures);
+}
+
 }  // namespace
 
 SceneBatch make_scene_batch(const std::vector<const SceneInput*>& scenes, const NetworkShape& shape,
@@ -73,6 +106,7 @@ SceneBatch make_scene_batch(const std::vector<const SceneInput*>& scenes, const 
   b.tool_axes = torch::empty({s_count, 3, 3});
   b.keyframe_index = torch::empty({s_count}, torch::kInt64);
 
+  put_frozen(b, scenes, shape);
   Writer feature(b.image_feature), position(b.image_position), moments(b.image_moments), color(b.image_color),
       patch(b.patches), history(b.history), history_position(b.history_position), axes(b.tool_axes);
   for (std::int64_t s = 0; s < s_count; ++s) {

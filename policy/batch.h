@@ -23,11 +23,14 @@ inline constexpr int history_features = 3 + 6 + 1 + 7;
 struct SceneBatch {
   torch::Tensor word_row, word_mention;  ///< [S, W] int64; row 0 pads at the end
   torch::Tensor word_color;              ///< [S, W, 3]
+  torch::Tensor word_feature;            ///< [S, W, F] of a frozen text encoder; undefined without one
   torch::Tensor image_feature;           ///< [S, M, point_features]
   torch::Tensor image_position;          ///< [S, M, 3] metres, world: the middle of what the point belongs to
   torch::Tensor image_moments;           ///< [S, M, 4] its square and bar moments
   torch::Tensor image_color;             ///< [S, M, 3]
   torch::Tensor patches;                 ///< [S, M, patch_values]
+  torch::Tensor pictures;                ///< [S V, 3, H, W] RGB in [0, 1]; undefined without a frozen trunk
+  torch::Tensor patch_place;             ///< [S, M, 3] view, x, y of each token in them
   torch::Tensor history;                 ///< [S, 3, history_features], oldest first
   torch::Tensor history_position;        ///< [S, 3, 3] metres, world
   torch::Tensor tool_axes;               ///< [S, 3, 3] rows: x, y, z axis of the tool now, world

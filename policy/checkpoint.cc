@@ -43,6 +43,7 @@ void visit_header(Model& m, Progress& p, Field&& field) {
 /// What came later: a file written before has it at its default.
 template <typename Model, typename Progress, typename Field>
 void visit_later(Model& m, Progress& p, Field&& field) {
+  field("clip", p.options.clip);
   field("augment_move", p.options.augment.move);
   field("augment_recolor", p.options.augment.recolor);
   field("augment_repaint", p.options.augment.repaint);
@@ -72,6 +73,7 @@ std::string header_of(const Model& model, const TrainProgress& progress) {
   const auto put = [&json](const char* name, const auto& value) { json[name] = value; };
   visit_header(model, progress, put);
   visit_later(model, progress, put);
+  if (model.clip) json["clip_identity"] = model.clip->identity;
   json["known_words"] = model.vocabulary.known();
   json["bounds"] = numbers_of(model.bounds);
   return json.dump();
@@ -159,7 +161,10 @@ LoadedCheckpoint read_checkpoint(const std::filesystem::path& file, const torch:
     progress.options.binding = read.shape.binding;
     progress.options.times = progress.rates.times;
     progress.options.scenes = progress.rates.scenes;
-    LoadedCheckpoint loaded{make_model(read.shape, read.radius, read.backbone, read.objective_name, 0),
+    const auto clip = clip_for(read.shape, progress.options.clip);
+    if (clip && clip->identity != json.at("clip_identity").get<std::string>())
+      throw std::invalid_argument("was trained on other CLIP weights than " + progress.options.clip);
+    LoadedCheckpoint loaded{make_model(read.shape, read.radius, read.backbone, read.objective_name, 0, clip),
                             nullptr, std::move(progress)};
     loaded.model.vocabulary.restore(json.at("known_words").get<std::vector<std::string>>());
     loaded.model.bounds = box_of(json.at("bounds").get<std::vector<double>>());

@@ -1,6 +1,7 @@
 #include "policy/network.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace flowscope {
 namespace {
@@ -15,13 +16,25 @@ torch::Tensor per_draw(const torch::Tensor& x, std::int64_t draws) {
   return draws == 1 ? x : x.repeat_interleave(draws, 0);
 }
 
-constexpr int time_features = 32;
+void require_branches(const NetworkShape& shape, bool has_trunk) {
+  if (shape.image_branch != "patches" && shape.image_branch != "clip")
+    throw std::invalid_argument("image branch '" + shape.image_branch + "' is neither patches nor clip");
+  if (shape.text_branch != "words" && shape.text_branch != "clip")
+    throw std::invalid_argument("text branch '" + shape.text_branch + "' is neither words nor clip");
+  if ((shape.image_branch == "clip") != has_trunk)
+    throw std::invalid_argument(
+        "the image branch 'clip' needs CLIP weights with an image trunk (--clip FILE)");
+}
+
+constexpr int time_features = 32, clip_text_width = 512;
 constexpr std::int64_t world_normal_at = 9;  // place of the normal in the point features
 
 }  // namespace
 
-FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone)
-    : shape_(shape) {
+FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone,
+                                       std::shared_ptr<const ClipResNet> trunk)
+    : shape_(shape), trunk_(std::move(trunk)) {
+  require_branches(shape, trunk_ != nullptr);
   const int c = shape.channels;
   word_table_ = register_module("word_table", torch::nn::Embedding(shape.vocabulary, c));
   mention_table_ = register_module("mention_table", torch::nn::Embedding(8, c));
@@ -31,7 +44,12 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
   history_ = register_module("history", mlp(history_features, c));
   proprioception_ = register_module("proprioception", mlp(history_features * history_length, c));
   time_ = register_module("time", mlp(2 * time_features, c));
-  patch_ = register_module("patch", mlp(patch_values, c));
+  if (trunk_)
+    clip_image_ = register_module("clip_image", ClipImageBranch(trunk_, c));
+  else
+    patch_ = register_module("patch", mlp(patch_values, c));
+  if (shape.text_branch == "clip")
+    word_feature_ = register_module("word_feature", torch::nn::Linear(clip_text_width, c));
   pose_ = register_module("pose", mlp(9, c));
   instruction_ = register_module("instruction", mlp(c, c));
   image_tokens_ = register_module("image_tokens", PointTokens(point_features, c, shape.binding));
@@ -72,6 +90,10 @@ torch::Tensor FlowRamNetworkImpl::time_embedding(const torch::Tensor& t) {
   return time_->forward(torch::cat({phase.sin(), phase.cos()}, -1));
 }
 
+torch::Tensor FlowRamNetworkImpl::look(const SceneBatch& s) {
+  return clip_image_ ? clip_image_->forward(s.pictures, s.patch_place) : patch_->forward(s.patches);
+}
+
 SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   const torch::Tensor is_word = (s.word_row != Vocabulary::pad).to(torch::kFloat32);
   const torch::Tensor is_color = (s.word_row == Vocabulary::color).to(torch::kFloat32);
@@ -81,7 +103,9 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   m.word_mention = s.word_mention;
   m.word_color = s.word_color;
   // Roles carry no colour: which word matters now must not depend on what it happens to say.
-  m.roles = (word_table_(s.word_row) + mention) * is_word.unsqueeze(-1);
+  m.roles = word_table_(s.word_row) + mention;
+  if (word_feature_) m.roles = m.roles + word_feature_(s.word_feature);
+  m.roles = m.roles * is_word.unsqueeze(-1);
   m.words =
       m.roles + (place_table_->weight.unsqueeze(0) + word_color_(s.word_color) * is_color.unsqueeze(-1)) *
                     is_word.unsqueeze(-1);
@@ -90,7 +114,7 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   m.intent = keyframe + instruction_->forward(pooled);
   m.condition = proprioception_->forward(s.history.flatten(1)) + m.intent;
   const BoundTokens image = image_tokens_(s.image_feature, s.image_color, m.words, s.word_color, is_color,
-                                          is_word, mention, patch_->forward(s.patches));
+                                          is_word, mention, look(s));
   m.image_raw = image.token;
   m.image_mismatch = image.mismatch;
   m.history_raw = history_->forward(s.history) + keyframe.unsqueeze(1);

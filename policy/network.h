@@ -5,6 +5,7 @@
 
 #include "policy/backbone.h"
 #include "policy/batch.h"
+#include "policy/clip/image_branch.h"
 #include "policy/grounding.h"
 #include "policy/point_encoder.h"
 #include "policy/point_tokens.h"
@@ -43,7 +44,10 @@ struct NetworkOutput {
 ///   alone stand before the geometry. Cheapest, for small presets.
 class FlowRamNetworkImpl : public torch::nn::Module {
  public:
-  FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone);
+  /// `trunk`: of the image branch "clip", which needs it. Throws std::invalid_argument for an unknown branch.
+  FlowRamNetworkImpl(const NetworkShape& shape, const std::string& backbone,
+                     std::shared_ptr<const ClipResNet> trunk = nullptr);
+  const std::shared_ptr<const ClipResNet>& trunk() const { return trunk_; }
   SceneMemory encode(const SceneBatch& scenes);
   /// B must be a multiple of S; draws are scene-major.
   NetworkOutput forward(const SceneMemory& memory, const DrawBatch& draws, const PositionScale& scale);
@@ -67,10 +71,15 @@ class FlowRamNetworkImpl : public torch::nn::Module {
              const torch::Tensor& condition, std::int64_t draws);
   torch::Tensor time_embedding(const torch::Tensor& t);
 
+  /// Semantic features of the image tokens, [S, M, C].
+  torch::Tensor look(const SceneBatch& scenes);
+
   NetworkShape shape_;
+  std::shared_ptr<const ClipResNet> trunk_;
   torch::nn::Embedding word_table_{nullptr}, mention_table_{nullptr}, place_table_{nullptr},
       keyframe_table_{nullptr};
-  torch::nn::Linear word_color_{nullptr};
+  torch::nn::Linear word_color_{nullptr}, word_feature_{nullptr};
+  ClipImageBranch clip_image_{nullptr};
   torch::nn::Sequential history_{nullptr}, proprioception_{nullptr}, time_{nullptr}, patch_{nullptr},
       pose_{nullptr}, instruction_{nullptr};
   PointTokens image_tokens_{nullptr}, region_tokens_{nullptr};

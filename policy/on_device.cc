@@ -6,7 +6,7 @@ namespace flowscope {
 namespace {
 
 // A field that is added to a batch must be moved too.
-static_assert(sizeof(SceneBatch) == 12 * sizeof(torch::Tensor),
+static_assert(sizeof(SceneBatch) == 15 * sizeof(torch::Tensor),
               "name the new field in on_device(SceneBatch)");
 static_assert(sizeof(DrawBatch) == 7 * sizeof(torch::Tensor), "name the new field in on_device(DrawBatch)");
 
@@ -35,10 +35,10 @@ torch::Device device_of(const std::string& name) {
 }
 
 SceneBatch on_device(SceneBatch b, const torch::Device& device) {
-  move_all(
-      {&b.word_row, &b.word_mention, &b.word_color, &b.image_feature, &b.image_position, &b.image_moments,
-       &b.image_color, &b.patches, &b.history, &b.history_position, &b.tool_axes, &b.keyframe_index},
-      device);
+  move_all({&b.word_row, &b.word_mention, &b.word_color, &b.word_feature, &b.image_feature, &b.image_position,
+            &b.image_moments, &b.image_color, &b.patches, &b.pictures, &b.patch_place, &b.word_feature,
+            &b.pictures, &b.patch_place, &b.history, &b.history_position, &b.tool_axes, &b.keyframe_index},
+           device);
   return b;
 }
 

@@ -13,7 +13,7 @@ Replicas::Replicas(const FlowRamNetwork& network, const NetworkShape& shape, con
     : networks_{network} {
   const torch::NoGradGuard no_grad;
   for (int i = 1; i < count; ++i) {
-    FlowRamNetwork copy(shape, backbone);
+    FlowRamNetwork copy(shape, backbone, network->trunk());
     auto shared = network->named_parameters();
     for (auto& item : copy->named_parameters()) item.value().set_data(shared[item.key()].detach());
     networks_.push_back(copy);

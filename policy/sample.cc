@@ -84,16 +84,20 @@ void move_things(PreparedScene& scene, GripperAction& target, const Pose& tool, 
 // Which points were measured is chance: a network that always sees the same ones knows the demonstration by
 // them.
 void drop_points(PreparedScene& scene, Random& random) {
-  const double keep = random.uniform(0.5, 1.0);
+  const double keep = random.uniform(0.8, 1.0);
   std::size_t to = 0, patches = 0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     if (i > 0 && random.uniform() > keep) continue;
-    if (i < scene.patches.size()) scene.patches[patches++] = scene.patches[i];
+    if (i < scene.patches.size()) {
+      scene.patch_place[patches] = scene.patch_place[i];
+      scene.patches[patches++] = scene.patches[i];
+    }
     scene.points[to] = scene.points[i];
     scene.thing[to] = scene.thing[i];
     scene.part[to++] = scene.part[i];
   }
   scene.patches.resize(patches);
+  scene.patch_place.resize(patches);
   scene.points.resize(to);
   scene.thing.resize(to);
   scene.part.resize(to);
@@ -188,7 +192,8 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
   if (random.uniform() < 0.5)
     out.input.words =
         sample.phrasings[static_cast<std::size_t>(random.below(static_cast<int>(sample.phrasings.size())))];
-  change_colors(*scene, out.input.words, kinds, random);
+  // A frozen trunk's pictures cannot follow a change of colours.
+  if (!scene->pictures) change_colors(*scene, out.input.words, kinds, random);
   if (kinds.shuffle && random.uniform() < rates.shuffle)
     move_things(*scene, out.target, sample.input.history.back().world_from_tool, rates.shuffle_m, random);
   drop_points(*scene, random);

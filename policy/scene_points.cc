@@ -188,8 +188,16 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
     const View& view = observation.views[static_cast<std::size_t>(c.view)];
     c.point.normal = normal_at(placed(observation, places, static_cast<std::size_t>(c.view)), c.x, c.y);
     scene.points.push_back(c.point);
-    if (scene.patches.size() < 2 * static_cast<std::size_t>(shape.image_tokens))
+    if (scene.patches.size() < 2 * static_cast<std::size_t>(shape.image_tokens)) {
       scene.patches.push_back(patch_around(view, c.x, c.y));
+      scene.patch_place.emplace_back(static_cast<float>(c.view), static_cast<float>(c.x) + 0.5f,
+                                     static_cast<float>(c.y) + 0.5f);
+    }
+  }
+  if (shape.image_branch == "clip") {
+    auto pictures = std::make_shared<std::vector<ImageRgb>>();
+    for (const View& view : observation.views) pictures->push_back(view.rgb);
+    scene.pictures = std::move(pictures);
   }
   std::vector<Vector3f> position, color;
   std::vector<char> on_plane;

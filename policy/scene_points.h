@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "policy/preset.h"
@@ -28,6 +29,10 @@ using Patch = std::array<float, patch_values>;
 struct PreparedScene {
   std::vector<ScenePoint> points;
   std::vector<Patch> patches;
+  std::vector<Eigen::Vector3f>
+      patch_place;  ///< view, x, y of each patch's middle; pixel centres at integer + 0.5
+  std::shared_ptr<const std::vector<ImageRgb>>
+      pictures;            ///< of the views, where a frozen trunk looks at them
   std::vector<int> thing;  ///< of each point (find_things); -1 for the plane
   std::vector<int> part;   ///< like-coloured part of a thing (find_parts); -1 for none
   float plane_z = 0;       ///< height of the dominant horizontal plane, metres, world

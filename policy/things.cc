@@ -35,7 +35,7 @@ std::vector<Extent> extents(const std::vector<Vector3f>& position, const std::ve
     e.low = e.low.cwiseMin(position[i]);
     e.high = e.high.cwiseMax(position[i]);
     ++e.points;
-    e.near_tool = e.near_tool || (position[i] - tool).norm() < reach_m;
+    e.near_tool = e.near_tool || (position[i] - tool).head<2>().norm() < reach_m;
   }
   return out;
 }

@@ -205,11 +205,14 @@ std::unique_ptr<Trainer> Trainer::create(const TrainOptions& options,
   preset.shape.point_encoder = options.point_encoder;
   preset.shape.binding = options.binding;
   preset.radius.kind = options.radius;
+  if (!options.image_branch.empty()) preset.shape.image_branch = options.image_branch;
+  if (!options.text_branch.empty()) preset.shape.text_branch = options.text_branch;
   if (!options.times.empty()) preset.rates.times = options.times;
   if (options.scenes < 0) throw std::invalid_argument("scenes: at least one per step");
   if (options.scenes > 0) preset.rates.scenes = options.scenes;
   const torch::Device device = device_of(options.device);
-  Model model = make_model(preset.shape, preset.radius, options.backbone, options.objective, options.seed);
+  Model model = make_model(preset.shape, preset.radius, options.backbone, options.objective, options.seed,
+                           clip_for(preset.shape, options.clip));
   model.objective = make_objective(options.objective, preset.rates.times);
   model.network->to(device);
   auto optimizer = make_optimizer(model, preset.rates);

@@ -24,8 +24,10 @@ struct TrainOptions {
   bool grounded = true;  ///< false: the paper's own form (velocity straight from the action token)
   bool binding = true;   ///< every point sees how well it matches each word before anything is pooled
   Augmentation augment;
-  int scenes = 0;              ///< observations per optimiser step and process; 0: the preset's
-  std::string device = "cpu";  ///< cpu, cuda, cuda:1, …; not stored
+  std::string image_branch, text_branch;  ///< patches or clip, words or clip; empty: the preset's
+  std::string clip;                       ///< file of CLIP's converted weights; empty: FLOWSCOPE_CLIP
+  int scenes = 0;                         ///< observations per optimiser step and process; 0: the preset's
+  std::string device = "cpu";             ///< cpu, cuda, cuda:1, …; not stored
   std::uint64_t seed = 0;
   double expected_minutes = 0;  ///< > 0: the learning-rate schedule ends there
   std::int64_t expected_steps =

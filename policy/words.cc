@@ -29,6 +29,7 @@ std::optional<Eigen::Vector3f> color_of_word(std::string_view word) {
 }
 
 void Vocabulary::learn(std::string_view instruction) {
+  if (encoder_) return;
   for (const std::string& word : split_words(instruction)) {
     if (color_of_word(word) || static_cast<int>(known_.size()) + first >= capacity_) continue;
     if (std::find(known_.begin(), known_.end(), word) == known_.end()) known_.push_back(word);
@@ -36,13 +37,14 @@ void Vocabulary::learn(std::string_view instruction) {
 }
 
 std::vector<Word> Vocabulary::encode(std::string_view instruction, int limit) const {
+  if (encoder_) return encoder_->encode(std::string(instruction), limit);
   std::vector<Word> out;
   int mentions = 0;
   for (const std::string& text : split_words(instruction)) {
     if (static_cast<int>(out.size()) == limit) break;
     Word word;
     if (const auto rgb = color_of_word(text)) {
-      word = {color, ++mentions, *rgb};
+      word = {color, ++mentions, *rgb, nullptr};
     } else {
       const auto it = std::find(known_.begin(), known_.end(), text);
       word.row = it == known_.end() ? unknown : first + static_cast<int>(it - known_.begin());

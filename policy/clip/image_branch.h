@@ -1,7 +1,5 @@
-// The image branch with CLIP's frozen trunk: pictures of any number of cameras, and the places in them that
-// tokens stand for, to one feature per token. Both ways of choosing places give the same tokens: pixels of
-// scene points (scene_points.h), and every cell of every camera's feature map (cells.h), which is the paper's
-// (§3.3).
+// The image branch with CLIP's frozen trunk: pictures of any number of cameras, and the pixels in them that
+// tokens stand for (those of scene points, scene_points.h), to one feature per token (paper §3.3).
 #pragma once
 
 #include <torch/torch.h>

@@ -21,7 +21,9 @@ FORBIDDEN = {
 }
 MACRO_FLOODS = {"torch", "ATen", "c10", "GL", "EGL", "mujoco"}
 # The readers and writers of files with a JSON header, outside web and app.
-JSON_READERS = {"recorder/demo_header.cc", "policy/checkpoint.cc", "policy/container.cc"}
+JSON_READERS = {
+    "recorder/demo_header.cc", "policy/checkpoint.cc", "policy/container.cc", "policy/safetensors.cc", "policy/weights_io.cc",
+}
 
 
 class Source:
