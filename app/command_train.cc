@@ -182,6 +182,16 @@ void add_method_options(CLI::App& command, TrainCall& call) {
   choice("--radius", call.options.radius, {"linear", "cosine", "off"}, "Dynamic Radius Schedule");
   choice("--point-encoder", call.point_encoder, switched, "Mamba point encoder");
   choice("--binding", call.binding, switched, "Points are compared with the words before anything is pooled");
+  command
+      .add_option("--image-branch", call.options.image_branch,
+                  "Features of the image tokens: patches (learnt here) or clip; without it the preset's")
+      ->check(CLI::IsMember({"patches", "clip"}));
+  command
+      .add_option("--text-branch", call.options.text_branch,
+                  "Features of the words: words (learnt here) or clip; without it the preset's")
+      ->check(CLI::IsMember({"words", "clip"}));
+  command.add_option("--clip", call.options.clip,
+                     "CLIP's weights as policy convert wrote them, for the branches that say clip");
   command.add_option("--times", call.options.times,
                      "Training times of flow matching: logit_normal, logit_normal_unit, uniform, beta; "
                      "without it the preset's");
