@@ -58,6 +58,7 @@ struct VectorOf<8> {
   static void store(float* to, Float value, Lanes lanes) { _mm256_maskstore_ps(to, lanes, value); }
   static Float only(Float value, Lanes lanes) { return _mm256_and_ps(value, _mm256_castsi256_ps(lanes)); }
   static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
+  static Float rough_reciprocal(Float x) { return _mm256_rcp_ps(x); }
 };
 #endif
 
@@ -71,6 +72,7 @@ struct VectorOf<16> {
   static Float load(const float* from, Lanes lanes) { return _mm512_maskz_loadu_ps(lanes, from); }
   static void store(float* to, Float value, Lanes lanes) { _mm512_mask_storeu_ps(to, lanes, value); }
   static Float only(Float value, Lanes lanes) { return _mm512_maskz_mov_ps(lanes, value); }
+  static Float rough_reciprocal(Float x) { return _mm512_maskz_rcp14_ps(0xffff, x); }
   /// value * 2^exponent, towards zero where that is too small.
   static Float scale(Float value, Float exponent) { return _mm512_maskz_scalef_ps(0xffff, value, exponent); }
   static Float max(Float a, Float b) { return _mm512_maskz_max_ps(0xffff, a, b); }
@@ -131,7 +133,16 @@ struct Simd {
     const Float p = exp2_of_fraction(bounded - (rounded - kRounder));
     return reinterpret_cast<Float>(reinterpret_cast<Int>(p) + (reinterpret_cast<Int>(rounded) << 23));
   }
-  static Float sigmoid(Float x) { return 1.f / (1.f + exp2(-max(fill(-126.f), x * kLog2E))); }
+  /// 1 / x for 1 <= x <= 2^126, relative error below 3e-7: a division costs as much as the rest of a gate.
+  static Float reciprocal(Float x) {
+    if constexpr (W == 4) {
+      return 1.f / x;
+    } else {
+      const Float rough = VectorOf<W>::rough_reciprocal(x);
+      return rough * (2.f - x * rough);  // a Newton step
+    }
+  }
+  static Float sigmoid(Float x) { return reciprocal(1.f + exp2(-max(fill(-125.f), x * kLog2E))); }
   /// Always in the same order.
   static float sum(Float value) {
     float total = 0;
@@ -142,7 +153,7 @@ struct Simd {
   static Float softplus(Float x) {
     const Float above = max(Float{}, x), t = exp2((x - 2.f * above) * kLog2E);  // e^-|x|
     // log(1 + t) = 2 artanh(s): a polynomial of s^2 in [0, 1/9] through the Chebyshev nodes
-    const Float s = t / (2.f + t), w = s * s;
+    const Float s = t * reciprocal(2.f + t), w = s * s;
     Float p = w * 0.281577784f + 0.279651577f;
     p = p * w + 0.400245952f;
     p = p * w + 0.666663216f;
