@@ -43,7 +43,7 @@ void visit_header(Model& m, Progress& p, Field&& field) {
 /// What came later: a file written before has it at its default.
 template <typename Model, typename Progress, typename Field>
 void visit_later(Model& m, Progress& p, Field&& field) {
-  field("clip", p.options.clip);
+  field("clip_file", p.options.clip);
   field("augment_move", p.options.augment.move);
   field("augment_recolor", p.options.augment.recolor);
   field("augment_repaint", p.options.augment.repaint);
