@@ -11,7 +11,9 @@
 #include "app/bench_train.h"
 #include "app/cli.h"
 #include "app/commands.h"
+#include "policy/bench_infer.h"
 #include "policy/bench_scan.h"
+#include "policy/bench_tokens.h"
 #include "recorder/task.h"
 
 namespace flowscope::app {
@@ -20,6 +22,8 @@ namespace {
 std::vector<BenchResult> measure(const std::string& name) {
   const auto assets = find_assets();
   if (name == "scan") return bench_scan();
+  if (name == "infer") return bench_infer();
+  if (name == "tokens") return bench_tokens();
   if (name == "train") return bench_train(assets);
   const auto scratch =
       std::filesystem::temp_directory_path() / ("flowscope-bench-" + std::to_string(::getpid()));
@@ -49,11 +53,14 @@ int bench(const std::vector<std::string>& names, const Context& context) {
 }  // namespace
 
 void add_bench_command(CLI::App& root, Context& context) {
-  CLI::App* command = root.add_subcommand("bench", "Measure the stream, the scan and the training");
+  CLI::App* command =
+      root.add_subcommand("bench", "Measure the stream, the scan, predictions and the training");
   auto names =
       std::make_shared<std::vector<std::string>>(std::vector<std::string>{"stream", "scan", "train"});
-  command->add_option("names", *names, "Which: stream, scan, train")
-      ->check(CLI::IsMember({"stream", "scan", "train"}));
+  command
+      ->add_option("names", *names,
+                   "Which: stream, scan, infer (minutes), tokens, train; without: stream, scan, train")
+      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "train"}));
   add_json_option(*command, context);
   set_body(*command, context, [names, &context] { return bench(*names, context); });
 }
