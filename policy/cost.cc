@@ -9,7 +9,7 @@ namespace {
 
 using Count = std::int64_t;
 
-constexpr Count time_features = 64, pose_values = 9;
+constexpr Count time_features = 64, pose_values = 9, clip_text_width = 512;
 
 /// Two layers, of width `channels` both.
 Count mlp(Count rows, Count in, Count channels) { return rows * channels * (in + channels); }
@@ -69,7 +69,8 @@ class Costs {
     parts_["instruction"].scene.products = mlp(1, c_, c_);
     parts_["proprioception"].scene.products = mlp(1, history_features * history_length, c_);
     parts_["history"].scene.products = mlp(history_length, history_features, c_);
-    parts_["patch"].scene.products = mlp(image_, patch_values, c_);
+    if (s_.image_branch != "clip") parts_["patch"].scene.products = mlp(image_, patch_values, c_);
+    if (s_.text_branch == "clip") parts_["word_feature"].scene.products = words_ * clip_text_width * c_;
     parts_["image_tokens"].scene.products = point_tokens(image_, point_features);
     if (s_.paper_order) return;
     const Count prefix = words_ + image_ + history_length;

@@ -22,7 +22,8 @@ struct PartWork {
 };
 
 /// By the names of FlowRamNetwork's modules (network.h); parts that only look up or normalise are left out.
-/// Frozen encoders are not counted. Throws std::invalid_argument for an unknown backbone.
+/// Of CLIP's branches only what learns on the text is counted: the frozen encoders and the pyramid depend on
+/// the pictures. Throws std::invalid_argument for an unknown backbone.
 std::map<std::string, PartWork> cost_of(const NetworkShape& shape, const std::string& backbone);
 
 }  // namespace flowscope

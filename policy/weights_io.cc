@@ -42,6 +42,7 @@ Json config_of(const LoadedCheckpoint& loaded) {
   json["bounds"] = {{"min", {box.min.x(), box.min.y(), box.min.z()}},
                     {"max", {box.max.x(), box.max.y(), box.max.z()}}};
   json["words"] = loaded.model.vocabulary.known();
+  if (loaded.model.clip) json["policy"]["clip_identity"] = loaded.model.clip->identity;
   return json;
 }
 
@@ -71,9 +72,12 @@ LoadedCheckpoint model_of(const Json& config) {
   });
   require_sane(described.shape);
   progress.options.radius = described.radius.kind;
+  const auto clip = clip_for(described.shape, "");
+  if (clip && clip->identity != config.at("policy").value("clip_identity", ""))
+    throw std::invalid_argument("config policy.clip_identity is not that of the CLIP weights in use");
   LoadedCheckpoint made{
-      make_model(described.shape, described.radius, described.backbone, described.objective_name, 0), nullptr,
-      std::move(progress)};
+      make_model(described.shape, described.radius, described.backbone, described.objective_name, 0, clip),
+      nullptr, std::move(progress)};
   made.model.bounds = {corner(config.at("bounds"), "min"), corner(config.at("bounds"), "max")};
   made.model.scale = PositionScale::from_bounds(made.model.bounds);
   const auto words = config.at("words").get<std::vector<std::string>>();

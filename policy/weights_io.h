@@ -12,7 +12,8 @@ namespace flowscope {
 void export_weights(const std::filesystem::path& policy, const std::filesystem::path& safetensors);
 
 /// The other way: a policy that predicts with these weights, and trains on from them with fresh moments.
-/// Training rates that the config lacks are its preset's. Throws BadCheckpoint naming the file and the part
+/// Training rates that the config lacks are its preset's; a policy that reads with CLIP needs FLOWSCOPE_CLIP.
+/// Throws BadCheckpoint naming the file and the part
 /// of the config, or every tensor that is missing, unknown or of another shape, or not finite.
 void import_weights(const std::filesystem::path& safetensors, const std::filesystem::path& policy);
 

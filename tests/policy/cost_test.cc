@@ -39,6 +39,7 @@ SceneBatch any_scene(const NetworkShape& s) {
   b.word_row = torch::ones({1, w}, torch::kInt64);
   b.word_mention = torch::zeros({1, w}, torch::kInt64);
   b.word_color = torch::rand({1, w, 3});
+  if (s.text_branch == "clip") b.word_feature = torch::rand({1, w, 512});
   b.image_feature = torch::rand({1, m, point_features});
   b.image_position = torch::rand({1, m, 3});
   b.image_moments = torch::rand({1, m, 4});
@@ -83,14 +84,13 @@ TEST_P(Cost, IsWhatAForwardPassMultiplies) {
   shape.prefix_blocks = 2;
   shape.velocity_blocks = 3;
   GetParam().change(shape);
-  const Model model = make_model(shape, {}, GetParam().backbone, "cfm", 1);
-  FlowRamNetwork network = model.network;
+  FlowRamNetwork network(shape, GetParam().backbone);
   const auto parts = cost_of(shape, GetParam().backbone);
   // Gradients stay on: without them a stack may go by kernels of its own, which nobody could count.
   SceneMemory memory;
   EXPECT_EQ(products_of([&] { memory = network->encode(any_scene(shape)); }),
             sum_of(parts, &PartWork::scene).products);
-  EXPECT_EQ(products_of([&] { network->forward(memory, any_draw(shape), model.scale); }),
+  EXPECT_EQ(products_of([&] { network->forward(memory, any_draw(shape), {}); }),
             sum_of(parts, &PartWork::step).products);
   for (const auto& [name, part] : parts)
     EXPECT_TRUE(network->named_children().contains(name)) << name << " is no part of the network";
@@ -105,6 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"no_binding", "mamba", [](NetworkShape& s) { s.binding = false; }},
         Case{"no_point_encoder", "mamba", [](NetworkShape& s) { s.point_encoder = false; }},
         Case{"groups", "mamba", [](NetworkShape& s) { s.point_groups = 8, s.group_size = 4; }},
+        Case{"clip_text", "mamba", [](NetworkShape& s) { s.text_branch = "clip"; }},
         Case{"transformer", "transformer"},
         Case{"transformer_stored", "transformer", [](NetworkShape& s) { s.stored_state = true; }},
         Case{"transformer_paper_order", "transformer", [](NetworkShape& s) { s.paper_order = true; }}),
