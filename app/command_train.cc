@@ -128,6 +128,8 @@ int train_with(const TrainCall& call, const Context& context,
   std::signal(SIGTERM, [](int) { interrupted = true; });
   // Steps and minutes are the same on every rank, so all do the same here.
   TrainStatus now = trainer->status();
+  // --minutes counts the whole: more of them than before stretch the schedule, the same leave it as it was.
+  if (call.resume && call.minutes > now.minutes) trainer->go_on_for(call.minutes - now.minutes);
   const std::int64_t first_step = now.step;
   double told = now.minutes, saved = now.minutes;
   while (!any_interrupted(*exchange)) {

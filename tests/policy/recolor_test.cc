@@ -26,7 +26,8 @@ struct Pillars {
       }
     const std::vector<char> skip(position.size());
     scene.part = find_parts(position, color, skip);
-    for (std::size_t i = 0; i < position.size(); ++i) scene.points.push_back({position[i], color[i], {}, {}});
+    for (std::size_t i = 0; i < position.size(); ++i)
+      scene.points.push_back({position[i], color[i], Vector3f::Zero(), {}});
   }
   Vector3f color_of(int pillar) const {
     return scene.points[static_cast<std::size_t>(12 * pillar + 1)].color;
