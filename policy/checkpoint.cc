@@ -4,6 +4,7 @@
 
 #include "policy/container.h"
 #include "policy/preset_fields.h"
+#include "policy/shape_limits.h"
 #include "recorder/sha256.h"
 
 namespace flowscope {
@@ -43,6 +44,7 @@ void visit_header(Model& m, Progress& p, Field&& field) {
 /// What came later: a file written before has it at its default.
 template <typename Model, typename Progress, typename Field>
 void visit_later(Model& m, Progress& p, Field&& field) {
+  field("demos", p.status.demos);
   field("clip_file", p.options.clip);
   field("augment_move", p.options.augment.move);
   field("augment_recolor", p.options.augment.recolor);
@@ -77,25 +79,6 @@ std::string header_of(const Model& model, const TrainProgress& progress) {
   json["known_words"] = model.vocabulary.known();
   json["bounds"] = numbers_of(model.bounds);
   return json.dump();
-}
-
-void require_sane(const NetworkShape& s) {
-  const auto within = [](const char* name, int value, int low, int high) {
-    if (value < low || value > high) throw std::invalid_argument(std::string(name) + " is out of range");
-  };
-  within("channels", s.channels, 1, 4096);
-  within("d_state", s.d_state, 1, 256);
-  for (const int blocks : {s.prefix_blocks, s.point_blocks, s.fusion_blocks, s.velocity_blocks})
-    within("a number of blocks", blocks, 0, 64);
-  within("heads", s.heads, 1, 64);
-  within("words", s.words, 1, 1024);
-  within("vocabulary", s.vocabulary, 4, 65536);
-  within("image_tokens", s.image_tokens, 1, 65536);
-  within("region_points", s.region_points, 1, 65536);
-  within("point_groups", s.point_groups, 0, s.region_points);
-  within("group_size", s.group_size, 1, 1024);
-  within("scene_points", s.scene_points, 1, 1 << 20);
-  if (!(s.voxel_m >= 1e-4)) throw std::invalid_argument("voxel_m is out of range");
 }
 
 /// Copies every stored tensor onto its place; all places must be met, with the same shape.

@@ -116,8 +116,8 @@ class Costs {
   /// grounding.h with `points` to choose from.
   Count grounding(Count points) const {
     const Count heads = s_.heads, keys = heads * key_size, basis = 3 + directions_per_head * heads;
-    const Count layers = (points + words_ + 2) * c_ * keys + c_ * c_ + c_ * (heads + 3 * basis + 9);
-    const Count scores = (points + words_) * keys + heads * words_ * points;
+    const Count layers = (words_ + 3) * c_ * keys + c_ * c_ + c_ * (heads + 3 * basis + 9);
+    const Count scores = points * c_ * heads + words_ * keys + heads * words_ * points;
     const Count means = heads * points * (3 + 3 + 4 + 1) + heads * 3;
     return layers + scores + means + 3 * basis * 3;
   }

@@ -45,17 +45,20 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
                                              const Points& points, const torch::Tensor& roles,
                                              const torch::Tensor& is_word, const torch::Tensor& tool_axes,
                                              const PositionScale& scale) {
-  const std::int64_t batch = action.size(0), count = points.position.size(1);
-  const torch::Tensor keys = key_(points.token).view({batch, count, heads_, key_size_}).permute({0, 2, 1, 3});
-  const torch::Tensor query = query_->forward(action).view({batch, heads_, key_size_, 1});
+  const std::int64_t batch = action.size(0);
+  // query · (K token + b) as (Kᵀ query) · token: no key of a point is built, and what b adds to all points of
+  // a head is nothing to the softmax.
+  const torch::Tensor query = query_->forward(action).view({batch, heads_, 1, key_size_});
+  const torch::Tensor sought_token =
+      torch::matmul(query, key_->weight.view({heads_, key_size_, -1})).squeeze(2);  // [B, H, C]
   const torch::Tensor word_keys =
       word_key_(roles).view({batch, roles.size(1), heads_, key_size_}).permute({0, 2, 1, 3});
   const torch::Tensor word_query = word_query_(intent).view({batch, heads_, key_size_, 1});
   const torch::Tensor word_scores =
       torch::matmul(word_keys, word_query).squeeze(-1).masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
   const torch::Tensor sought = torch::softmax(word_scores, -1);  // [B, H, W]
-  const torch::Tensor scores =
-      torch::matmul(keys, query).squeeze(-1) - torch::bmm(sought, points.mismatch.transpose(1, 2));
+  const torch::Tensor scores = torch::bmm(sought_token, points.token.transpose(1, 2)) -
+                               torch::bmm(sought, points.mismatch.transpose(1, 2));
   const torch::Tensor weights = torch::softmax(scores, -1);            // [B, H, P]
   const torch::Tensor anchors = torch::bmm(weights, points.position);  // [B, H, 3] metres
   const torch::Tensor normals = torch::bmm(weights, points.normal);

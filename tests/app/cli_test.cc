@@ -21,8 +21,8 @@ using testing::Outcome;
 Outcome run(std::vector<std::string> words) { return testing::run_command(std::move(words)); }
 
 TEST(Cli, EveryCommandHasHelp) {
-  for (const char* command :
-       {"serve", "tasks", "record", "demos", "train", "predict", "eval", "export", "bench", "doctor"}) {
+  for (const char* command : {"serve", "tasks", "record", "demos", "train", "predict", "eval", "export",
+                              "bench", "doctor", "ablate", "policy"}) {
     const Outcome outcome = run({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_TRUE(contains(outcome.out, "Usage")) << command << ": " << outcome.out;

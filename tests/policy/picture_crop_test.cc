@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <ranges>
 #include <set>
 
 #include "policy/sample.h"
@@ -118,24 +117,30 @@ TEST(Augmentation, EveryKindDoesItsOwnAndNoOther) {
       if (differs(augment(before, rates, {0.2, 0, 0.8}, random, kinds))) return true;
     return false;
   };
-  const auto turned = [&](const Sample& s) {
-    return rotation_error_rad(s.target.world_from_tool, before.target.world_from_tool) > 1e-6;
+  const auto same_pose = [](const Pose& a, const Pose& b) {
+    return position_error_m(a, b) < 1e-6 && rotation_error_rad(a, b) < 1e-6;
   };
+  const auto moved = [&](const Sample& s) {  // the tool goes along with the whole scene
+    return !same_pose(s.input.history.back().world_from_tool, before.input.history.back().world_from_tool);
+  };
+  std::set<std::array<float, 3>> colors;
+  for (const ScenePoint& p : before.input.scene->points)
+    colors.insert({p.color.x(), p.color.y(), p.color.z()});
   const auto recolored = [&](const Sample& s) {
-    return std::ranges::any_of(
-        std::views::iota(std::size_t{0}, before.input.scene->points.size()),
-        [&](std::size_t i) { return s.input.scene->points[i].color != before.input.scene->points[i].color; });
+    return std::ranges::any_of(s.input.scene->points, [&](const ScenePoint& p) {
+      return !colors.contains({p.color.x(), p.color.y(), p.color.z()});
+    });
   };
   const auto shuffled = [&](const Sample& s) {
-    return position_error_m(s.target.world_from_tool, before.target.world_from_tool) > 1e-6 && !turned(s);
+    return !moved(s) && !same_pose(s.target.world_from_tool, before.target.world_from_tool);
   };
   const Augmentation none = Augmentation::none();
   Augmentation move = none, recolor = none, repaint = none, shuffle = none;
   move.move = recolor.recolor = repaint.repaint = shuffle.shuffle = true;
-  EXPECT_TRUE(any_of(move, turned) && !any_of(move, recolored));
-  EXPECT_TRUE(any_of(recolor, recolored) && !any_of(recolor, turned) && !any_of(recolor, shuffled));
-  EXPECT_TRUE(any_of(repaint, recolored) && !any_of(repaint, turned) && !any_of(repaint, shuffled));
-  EXPECT_TRUE(any_of(shuffle, shuffled) && !any_of(shuffle, turned) && !any_of(shuffle, recolored));
+  EXPECT_TRUE(any_of(move, moved) && !any_of(move, recolored));
+  EXPECT_TRUE(any_of(recolor, recolored) && !any_of(recolor, moved) && !any_of(recolor, shuffled));
+  EXPECT_TRUE(any_of(repaint, recolored) && !any_of(repaint, moved) && !any_of(repaint, shuffled));
+  EXPECT_TRUE(any_of(shuffle, shuffled) && !any_of(shuffle, moved) && !any_of(shuffle, recolored));
   Random random(1);
   EXPECT_EQ(augment(before, rates, {0.2, 0, 0.8}, random, none).input.scene, before.input.scene);
 }

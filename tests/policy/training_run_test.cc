@@ -86,26 +86,38 @@ TEST(TrainingRun, ValidatesTaskByTask) {
   EXPECT_EQ(trainer->status().validation.tasks.size(), 2u);
 }
 
-TEST(TrainingRun, TwoProcessesStayTheSameAndLearnWhatOneWithTwiceTheBatchDoes) {
+TEST(TrainingRun, TheFirstProcessGivesItsWeightsToAll) {
   const testing::TemporaryFolder folder;
-  TrainOptions twice = small();
-  twice.scenes = 4;
-  const auto alone = Trainer::create(twice);
-  add_two_tasks(*alone);
-  std::vector<double> wanted;
-  for (int i = 0; i < 3; ++i) wanted.push_back(alone->step().loss);
   const auto file_of = [&](int rank) { return folder.path() / (std::to_string(rank) + ".fsp"); };
   testing::run_ranks(2, [&](const std::shared_ptr<GradientExchange>& exchange) {
     TrainOptions options = small();
-    options.seed = 5 + static_cast<std::uint64_t>(exchange->rank());  // rank 0's weights are everyone's
+    options.seed = 5 + static_cast<std::uint64_t>(exchange->rank());
     const auto trainer = Trainer::create(options, exchange);
     add_two_tasks(*trainer);
     trainer->require_agreement();
     trainer->save(file_of(exchange->rank()));
   });
   EXPECT_EQ(weights_of(file_of(0)), weights_of(file_of(1)));
+}
+
+TEST(TrainingRun, TwoProcessesStayTheSameAndLearnWhatOneWithTwiceTheBatchDoes) {
+  const testing::TemporaryFolder folder;
+  // Both begin from files: threads share the generator that draws first weights.
+  const auto start_of = [&](int scenes) {
+    TrainOptions options = small();
+    options.scenes = scenes;
+    const auto file = folder.path() / (std::to_string(scenes) + "-scenes.fsp");
+    Trainer::create(options)->save(file);
+    return file;
+  };
+  const auto half = start_of(2), whole = start_of(4);
+  const auto alone = Trainer::resume(whole);
+  add_two_tasks(*alone);
+  std::vector<double> wanted;
+  for (int i = 0; i < 3; ++i) wanted.push_back(alone->step().loss);
+  const auto file_of = [&](int rank) { return folder.path() / (std::to_string(rank) + ".fsp"); };
   testing::run_ranks(2, [&](const std::shared_ptr<GradientExchange>& exchange) {
-    const auto trainer = Trainer::create(small(), exchange);
+    const auto trainer = Trainer::resume(half, "cpu", exchange);
     add_two_tasks(*trainer);
     for (const double loss : wanted) EXPECT_NEAR(trainer->step().loss, loss, 1e-3 * loss);
     trainer->require_agreement();
