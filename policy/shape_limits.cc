@@ -37,7 +37,8 @@ void require_sane(const NetworkShape& shape) {
   visit_later_shape(shape, check);
   if (shape.point_groups > shape.region_points)
     throw std::invalid_argument("point_groups exceed region_points");
-  if (!(shape.voxel_m >= 1e-4)) throw std::invalid_argument("voxel_m is below 0.1 mm");
+  if (shape.voxel_m != 0 && !(shape.voxel_m >= 1e-4))
+    throw std::invalid_argument("voxel_m is neither 0 nor at least 0.1 mm");
 }
 
 }  // namespace flowscope
