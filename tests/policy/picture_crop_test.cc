@@ -124,11 +124,11 @@ TEST(Augmentation, EveryKindDoesItsOwnAndNoOther) {
     return !same_pose(s.input.history.back().world_from_tool, before.input.history.back().world_from_tool);
   };
   std::set<std::array<float, 3>> colors;
-  for (const ScenePoint& p : before.input.scene->points)
-    colors.insert({p.color.x(), p.color.y(), p.color.z()});
+  for (const ScenePoint& point : before.input.scene->points)
+    colors.insert({point.color.x(), point.color.y(), point.color.z()});
   const auto recolored = [&](const Sample& s) {
-    return std::ranges::any_of(s.input.scene->points, [&](const ScenePoint& p) {
-      return !colors.contains({p.color.x(), p.color.y(), p.color.z()});
+    return std::ranges::any_of(s.input.scene->points, [&](const ScenePoint& point) {
+      return !colors.contains({point.color.x(), point.color.y(), point.color.z()});
     });
   };
   const auto shuffled = [&](const Sample& s) {
