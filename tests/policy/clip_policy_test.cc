@@ -49,7 +49,7 @@ TEST(ClipPolicy, SeesPicturesAndWords) {
   const Vector9 before = integrate_flow(seen.model, seen.prepare(input), {}).steps[1].velocity;
   EXPECT_EQ(integrate_flow(seen.model, seen.prepare(input), {}).steps[1].velocity, before);
   PolicyInput other = input;
-  other.instruction += " now";
+  other.instruction = "now " + other.instruction;  // what is too long loses its end
   EXPECT_NE(integrate_flow(seen.model, seen.prepare(other), {}).steps[1].velocity, before);
   // The pictures alone, not the colours of the points.
   SceneInput painted = seen.prepare(input);
