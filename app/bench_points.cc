@@ -1,10 +1,9 @@
 #include "app/bench_points.h"
 
-#include "policy/bench_points.h"
-
-#if __has_include(<pcl/filters/farthest_point_sampling.h>)
 #include <pcl/filters/farthest_point_sampling.h>
 #include <pcl/point_types.h>
+
+#include "policy/bench_points.h"
 
 namespace flowscope {
 namespace {
@@ -29,10 +28,3 @@ std::vector<BenchResult> bench_points_against_pcl() {
 }
 
 }  // namespace flowscope
-#else
-namespace flowscope {
-
-std::vector<BenchResult> bench_points_against_pcl() { return bench_points(); }
-
-}  // namespace flowscope
-#endif

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/bench_points.h"
 #include "app/bench_stream.h"
 #include "app/bench_train.h"
 #include "app/cli.h"
@@ -24,6 +25,7 @@ std::vector<BenchResult> measure(const std::string& name) {
   if (name == "scan") return bench_scan();
   if (name == "infer") return bench_infer();
   if (name == "tokens") return bench_tokens();
+  if (name == "points") return bench_points_against_pcl();
   if (name == "train") return bench_train(assets);
   const auto scratch =
       std::filesystem::temp_directory_path() / ("flowscope-bench-" + std::to_string(::getpid()));
@@ -59,8 +61,8 @@ void add_bench_command(CLI::App& root, Context& context) {
       std::make_shared<std::vector<std::string>>(std::vector<std::string>{"stream", "scan", "train"});
   command
       ->add_option("names", *names,
-                   "Which: stream, scan, infer (minutes), tokens, train; without: stream, scan, train")
-      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "train"}));
+                   "Which: stream, scan, train (these without a name), infer (minutes), tokens, points")
+      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train"}));
   add_json_option(*command, context);
   set_body(*command, context, [names, &context] { return bench(*names, context); });
 }

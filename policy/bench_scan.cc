@@ -2,11 +2,7 @@
 
 #include <torch/torch.h>
 
-#include <algorithm>
-#include <chrono>
-#include <functional>
-#include <limits>
-
+#include "policy/bench_timer.h"
 #include "policy/causal_conv.h"
 #include "policy/mamba.h"
 #include "policy/mamba_kernels.h"
@@ -15,18 +11,6 @@
 
 namespace flowscope {
 namespace {
-
-double fastest_ms(int repeats, const std::function<void()>& work) {
-  work();  // allocations and caches
-  double best = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < repeats; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    best = std::min(best, took.count());
-  }
-  return best;
-}
 
 /// Random arguments that want gradients.
 ScanArguments bench_arguments(const ScanBenchOptions& o) {
@@ -56,7 +40,7 @@ double products_ms(const ScanBenchOptions& o) {
              y = leaf(tokens, channels);
   const auto in = leaf(o.d_model, 2 * channels), parts = leaf(channels, columns), step = leaf(rank, channels),
              out = leaf(channels, o.d_model);
-  return fastest_ms(o.repeats, [&] {
+  return fastest_run_ms(o.repeats, [&] {
     for (const auto& [left, right] : {std::pair{x, in}, {u, parts}, {low, step}, {y, out}}) {
       forward_and_backward(left.mm(right));
     }
@@ -69,15 +53,16 @@ std::vector<BenchResult> bench_scan(const ScanBenchOptions& o) {
   torch::manual_seed(1);
   const ScanArguments a = bench_arguments(o);
   std::vector<BenchResult> results;
-  const double loop = fastest_ms(1, [&] { forward_and_backward(plain_scan(a).y); });
+  const double loop = fastest_run_ms(1, [&] { forward_and_backward(plain_scan(a).y); });
   double fastest = 0;
   for (const MambaKernels* kernels : supported_mamba_kernels()) {
-    const double ms = fastest_ms(o.repeats, [&] { forward_and_backward(selective_scan_on(*kernels, a).y); });
+    const double ms =
+        fastest_run_ms(o.repeats, [&] { forward_and_backward(selective_scan_on(*kernels, a).y); });
     if (fastest == 0) fastest = ms;
     results.push_back(
         {std::string("scan_train_") + kernels->name, ms, "ms", loop / ms, "loop of torch operators"});
   }
-  const double forward = fastest_ms(o.repeats, [&] {
+  const double forward = fastest_run_ms(o.repeats, [&] {
     const torch::NoGradGuard no_grad;
     selective_scan(a);
   });
@@ -88,7 +73,7 @@ std::vector<BenchResult> bench_scan(const ScanBenchOptions& o) {
 
   MambaBlock block(MambaOptions{.d_model = o.d_model, .d_state = o.d_state});
   const torch::Tensor x = torch::randn({o.batch, o.length, o.d_model}).requires_grad_();
-  const double whole = fastest_ms(o.repeats, [&] { forward_and_backward(block->forward(x)); });
+  const double whole = fastest_run_ms(o.repeats, [&] { forward_and_backward(block->forward(x)); });
   results.push_back({"mamba_block_train", whole, "ms", products / whole, "the block's own matrix products"});
   return results;
 }
