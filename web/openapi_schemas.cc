@@ -73,9 +73,10 @@ constexpr const char* scene = R"({
 constexpr const char* policy = R"({
 "Train":{"type":"object","required":["running","step","loss","loss_history","samples_per_s"],"properties":{
   "running":{"type":"boolean"},"step":{"type":"integer"},"loss":{"type":"number"},"loss_flow":{"type":"number"},
-  "loss_open":{"type":"number"},"samples_per_s":{"type":"number"},"minutes":{"type":"number"},
+  "loss_position":{"type":"number"},"loss_rotation":{"type":"number"},"loss_open":{"type":"number"},
+  "skipped":{"type":"integer"},"samples_per_s":{"type":"number"},"minutes":{"type":"number"},
   "demos":{"type":"integer"},"validation":{"type":"object","properties":{"position_mm":{"type":"number"},
-  "rotation_deg":{"type":"number"},"keyframes":{"type":"integer"}}},
+  "rotation_deg":{"type":"number"},"keyframes":{"type":"integer"},"tasks":{"type":"array"}}},
   "loss_history":{"type":"array","description":"[step, loss]"},
   "validation_history":{"type":"array","description":"[step, mm, degrees]"},"error":{"type":["string","null"]}}},
 "TraceEntry":{"type":"object","required":["id","created","task","instruction","flow_steps","error","parent"],

@@ -60,17 +60,27 @@ Json to_json(const ViewSettings& view) {
 namespace {
 
 Json status_json(const TrainStatus& status) {
+  Json tasks = Json::array();
+  for (const TaskError& t : status.validation.tasks)
+    tasks.push_back({{"task", t.task},
+                     {"position_mm", t.position_mm},
+                     {"rotation_deg", t.rotation_deg},
+                     {"keyframes", t.keyframes}});
   return {{"step", status.step},
           {"loss", status.loss},
           {"loss_flow", status.loss_flow},
+          {"loss_position", status.loss_position},
+          {"loss_rotation", status.loss_rotation},
           {"loss_open", status.loss_open},
+          {"skipped", status.skipped},
           {"samples_per_s", status.samples_per_s},
           {"minutes", status.minutes},
           {"demos", status.demos},
           {"validation",
            {{"position_mm", status.validation.position_mm},
             {"rotation_deg", status.validation.rotation_deg},
-            {"keyframes", status.validation.keyframes}}}};
+            {"keyframes", status.validation.keyframes},
+            {"tasks", tasks}}}};
 }
 
 }  // namespace
