@@ -32,6 +32,22 @@ FlowTrace small_trace() {
   return trace;
 }
 
+TEST(TraceOverlay, SamplesShowEveryWholeFlowItsEndAndOneExpert) {
+  FlowTrace other = small_trace();
+  other.steps.front().pose.position = {0, 0.3, 1.2};
+  other.result.world_from_tool.position = {0.25, 0.1, 0.9};
+  std::vector<FlowTrace> samples{small_trace(), other};
+  for (FlowTrace& s : samples) s.expert = GripperAction{{{0.2, 0, 0.8}, Eigen::Quaterniond::Identity()}, 1};
+  const Overlay o = overlay_of_samples(samples);
+  ASSERT_EQ(o.lines.size(), 2u);
+  EXPECT_EQ(o.lines[1].points.size(), 3u);
+  EXPECT_EQ(o.lines[1].points.front(), other.steps.front().pose.position);
+  ASSERT_EQ(o.ghosts.size(), 3u);
+  EXPECT_EQ(o.ghosts[1].world_from_tool.position, other.result.world_from_tool.position);
+  EXPECT_EQ(o.ghosts[2].world_from_tool.position, samples[0].expert->world_from_tool.position);
+  EXPECT_TRUE(overlay_of_samples({}).ghosts.empty());
+}
+
 TEST(TraceOverlay, ShowsSpherePointsPathAndGhost) {
   const FlowTrace trace = small_trace();
   const Overlay o = overlay_of(trace, 1);
