@@ -61,8 +61,9 @@ class Costs {
   Count point_tokens(Count points, Count features) const {
     const Count plain = points * features * c_ + 2 * points * c_ * c_;
     if (!s_.binding) return plain;
-    return plain + points * c_ * c_ + 4 * words_ * c_ * c_ + 4 * points * words_ * c_;
+    return plain + points * c_ * c_ + 4 * points * words_ * c_;
   }
+  Count word_keys() const { return s_.binding ? 4 * words_ * c_ * c_ : 0; }
 
   void count_scene() {
     parts_["word_color"].scene.products = words_ * 3 * c_;
@@ -71,7 +72,9 @@ class Costs {
     parts_["history"].scene.products = mlp(history_length, history_features, c_);
     if (s_.image_branch != "clip") parts_["patch"].scene.products = mlp(image_, patch_values, c_);
     if (s_.text_branch == "clip") parts_["word_feature"].scene.products = words_ * clip_text_width * c_;
-    parts_["image_tokens"].scene.products = point_tokens(image_, point_features);
+    parts_["image_tokens"].scene.products = point_tokens(image_, point_features) + word_keys();
+    parts_["region_tokens"].scene.products = word_keys();
+    if (s_.grounded) parts_["grounding"].scene.products = seeking();
     if (s_.paper_order) return;
     const Count prefix = words_ + image_ + history_length;
     parts_["prefix"].scene = stack(s_.prefix_blocks, prefix, 0, false);
@@ -94,7 +97,7 @@ class Costs {
     parts_["velocity"].step = stack(s_.velocity_blocks, length, remembered, true);
     parts_["open"].step.products = c_ * (c_ + 1);
     if (s_.grounded)
-      parts_["grounding"].step.products = grounding(region + image_ + history_length);
+      parts_["grounding"].step.products = grounding(region + image_ + history_length, region);
     else
       parts_["plain_velocity"].step.products = c_ * (c_ + pose_values);
   }
@@ -113,11 +116,17 @@ class Costs {
     return 2 * groups;
   }
 
-  /// grounding.h with `points` to choose from.
-  Count grounding(Count points) const {
+  /// Which word each head looks for, and what that makes of the image tokens' colours.
+  Count seeking() const {
+    const Count keys = s_.heads * key_size;
+    return (words_ + 1) * c_ * keys + words_ * keys + s_.heads * words_ * image_;
+  }
+
+  /// grounding.h with `points` to choose from, `region` of which differ from step to step.
+  Count grounding(Count points, Count region) const {
     const Count heads = s_.heads, keys = heads * key_size, basis = 3 + directions_per_head * heads;
-    const Count layers = (words_ + 3) * c_ * keys + c_ * c_ + c_ * (heads + 3 * basis + 9);
-    const Count scores = points * c_ * heads + words_ * keys + heads * words_ * points;
+    const Count layers = 2 * c_ * keys + c_ * c_ + c_ * (heads + 3 * basis + 9);
+    const Count scores = points * c_ * heads + heads * words_ * region;
     const Count means = heads * points * (3 + 3 + 4 + 1) + heads * 3;
     return layers + scores + means + 3 * basis * 3;
   }

@@ -3,6 +3,8 @@
 
 #include <torch/torch.h>
 
+#include <vector>
+
 #include "policy/rotation6.h"
 
 namespace flowscope {
@@ -16,22 +18,30 @@ class GroundingImpl : public torch::nn::Module {
  public:
   GroundingImpl(int channels, int heads);
 
+  /// Some of the points, in R rows: one per draw (R = B), or one per scene (R = S, B a multiple of it, draws
+  /// scene-major) where they are the same for all its draws.
   struct Points {
-    torch::Tensor token;     ///< [B, P, C]
-    torch::Tensor position;  ///< [B, P, 3] metres, world: the middle of what the point belongs to
-    torch::Tensor normal;    ///< [B, P, 3] world; zero where there is none
-    torch::Tensor moments;   ///< [B, P, 4] square and bar moments of what it belongs to (Surroundings)
-    torch::Tensor mismatch;  ///< [B, P, W] colour of the point against each word's
+    torch::Tensor token;    ///< [R, P, C]
+    torch::Tensor places;   ///< [R, P, 10] as `places` lays them out
+    torch::Tensor penalty;  ///< [R, H, P] of `penalty`; undefined: none
   };
   struct Result {
     torch::Tensor end_point;  ///< [B, 9] normalised
-    torch::Tensor weights;    ///< [B, P], sums to 1: what the position rests on
+    torch::Tensor weights;    ///< [B, P of all parts], sums to 1: what the position rests on
   };
-  /// action [B, C]; intent [B, C] chooses among the words' roles [B, W, C], is_word [B, W] 0/1; tool_axes [B,
-  /// 3, 3] rows are axes.
-  Result forward(const torch::Tensor& action, const torch::Tensor& intent, const Points& points,
-                 const torch::Tensor& roles, const torch::Tensor& is_word, const torch::Tensor& tool_axes,
-                 const PositionScale& scale);
+  /// position [R, P, 3] metres, world: the middle of what the point belongs to; normal [R, P, 3] world, zero
+  /// where there is none; moments [R, P, 4] square and bar moments of what it belongs to (Surroundings).
+  static torch::Tensor places(const torch::Tensor& position, const torch::Tensor& normal,
+                              const torch::Tensor& moments);
+  /// c_hw: which word each head looks for, [S, H, W]. intent [S, C] chooses among the words' roles [S, W, C],
+  /// is_word [S, W] 0/1.
+  torch::Tensor seek(const torch::Tensor& intent, const torch::Tensor& roles, const torch::Tensor& is_word);
+  /// Σ_w c_hw mismatch_iw as [R, H, P], of sought [R, H, W] and mismatch [R, P, W]: how far each point's
+  /// colour is from the word's.
+  static torch::Tensor penalty(const torch::Tensor& sought, const torch::Tensor& mismatch);
+  /// action [B, C]; tool_axes [B, 3, 3] rows are axes.
+  Result forward(const torch::Tensor& action, const std::vector<Points>& parts,
+                 const torch::Tensor& tool_axes, const PositionScale& scale);
 
  private:
   int heads_, key_size_ = 16;

@@ -8,7 +8,7 @@ function(flowscope_isa_flags target folder)
   endif()
   foreach(isa portable avx2 avx512)
     # Flags that differ from the target's own: its precompiled header does not fit.
-    set_source_files_properties(${folder}/mamba_kernels_${isa}.cc TARGET_DIRECTORY ${target}
+    set_source_files_properties(${folder}/mamba_kernels_${isa}.cc ${folder}/token_kernels_${isa}.cc TARGET_DIRECTORY ${target}
       PROPERTIES COMPILE_OPTIONS "${kernel_flags};${${isa}_flags}" SKIP_PRECOMPILE_HEADERS ON)
     # A choice of points must be the same on every machine: no fused multiply-add here.
     set_source_files_properties(${folder}/point_kernels_${isa}.cc TARGET_DIRECTORY ${target}

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "policy/packed_layer.h"
 #include "policy/plain_scan.h"
 
 namespace flowscope {
@@ -41,11 +42,7 @@ void MambaStack::run_by(ScanPath path) {
 }
 
 bool MambaStack::runs_fused(const torch::Tensor& x) const {
-  if (path_ != ScanPath::fused || torch::GradMode::is_enabled() || blocks_.empty()) return false;
-  const auto plain_float = [](const torch::Tensor& t) {
-    return t.device().is_cpu() && t.scalar_type() == torch::kFloat32;
-  };
-  return plain_float(x) && plain_float(blocks_.front()->weights().in_proj);
+  return path_ == ScanPath::fused && !blocks_.empty() && plain_arrays(x, blocks_.front()->weights().in_proj);
 }
 
 }  // namespace flowscope

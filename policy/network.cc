@@ -80,6 +80,8 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
 void FlowRamNetworkImpl::compute_by(ScanPath path, bool recompute_prefix) {
   for (const Backbone& stack : {prefix_, point_encoder_, fusion_, velocity_}) stack->run_by(path);
   if (groups_) groups_->run_by(path);
+  image_tokens_->run_by(path);
+  region_tokens_->run_by(path);
   recompute_prefix_ = recompute_prefix;
 }
 
@@ -99,31 +101,33 @@ SceneMemory FlowRamNetworkImpl::encode(const SceneBatch& s) {
   const torch::Tensor is_color = (s.word_row == Vocabulary::color).to(torch::kFloat32);
   const torch::Tensor mention = mention_table_(s.word_mention);
   SceneMemory m;
-  m.word_row = s.word_row;
-  m.word_mention = s.word_mention;
-  m.word_color = s.word_color;
   // Roles carry no colour: which word matters now must not depend on what it happens to say.
-  m.roles = word_table_(s.word_row) + mention;
-  if (word_feature_) m.roles = m.roles + word_feature_(s.word_feature);
-  m.roles = m.roles * is_word.unsqueeze(-1);
-  m.words =
-      m.roles + (place_table_->weight.unsqueeze(0) + word_color_(s.word_color) * is_color.unsqueeze(-1)) *
-                    is_word.unsqueeze(-1);
+  torch::Tensor roles = word_table_(s.word_row) + mention;
+  if (word_feature_) roles = roles + word_feature_(s.word_feature);
+  roles = roles * is_word.unsqueeze(-1);
+  m.words = roles + (place_table_->weight.unsqueeze(0) + word_color_(s.word_color) * is_color.unsqueeze(-1)) *
+                        is_word.unsqueeze(-1);
   const torch::Tensor keyframe = keyframe_table_(s.keyframe_index);
-  const torch::Tensor pooled = m.roles.sum(1) / is_word.sum(1, true).clamp_min(1);
-  m.intent = keyframe + instruction_->forward(pooled);
-  m.condition = proprioception_->forward(s.history.flatten(1)) + m.intent;
-  const BoundTokens image = image_tokens_(s.image_feature, s.image_color, m.words, s.word_color, is_color,
-                                          is_word, mention, look(s));
+  const torch::Tensor pooled = roles.sum(1) / is_word.sum(1, true).clamp_min(1);
+  const torch::Tensor intent = keyframe + instruction_->forward(pooled);
+  m.condition = proprioception_->forward(s.history.flatten(1)) + intent;
+  const BoundTokens image =
+      image_tokens_(s.image_feature, s.image_color,
+                    image_tokens_->read_words(m.words, s.word_color, is_color, is_word, mention), look(s));
+  m.region_words = region_tokens_->read_words(m.words, s.word_color, is_color, is_word, mention);
   m.image_raw = image.token;
-  m.image_mismatch = image.mismatch;
   m.history_raw = history_->forward(s.history) + keyframe.unsqueeze(1);
-  run_prefix(m);
   m.image_position = s.image_position;
-  m.image_moments = s.image_moments;
   m.history_position = s.history_position;
   m.tool_axes = s.tool_axes;
-  m.image_normal = s.image_feature.narrow(2, world_normal_at, 3);
+  if (grounding_) {
+    m.sought = grounding_->seek(intent, roles, is_word);
+    m.image_points.places = GroundingImpl::places(
+        s.image_position, s.image_feature.narrow(2, world_normal_at, 3), s.image_moments);
+    m.image_points.penalty = GroundingImpl::penalty(m.sought, image.mismatch);
+    m.history_points.places = torch::constant_pad_nd(s.history_position, {0, 7});
+  }
+  run_prefix(m);
   return m;
 }
 
@@ -142,16 +146,18 @@ void FlowRamNetworkImpl::run_prefix(SceneMemory& m) {
   }
   m.image = all.narrow(1, words, tokens);
   m.history = all.narrow(1, words + tokens, history_length);
+  m.image_points.token = m.image + m.image_raw;
+  if (shape_.stored_state) m.history_points.token = m.history;
 }
 
 FlowRamNetworkImpl::Fused FlowRamNetworkImpl::fuse(const SceneMemory& m, const torch::Tensor& region,
                                                    const torch::Tensor& pose, const torch::Tensor& condition,
                                                    std::int64_t draws) {
   const std::int64_t n = region.size(1);
-  const torch::Tensor image = per_draw(m.image, draws), history = per_draw(m.history, draws);
   if (shape_.paper_order) {
-    const std::int64_t tokens = image.size(1), words = m.words.size(1);
-    torch::Tensor all = torch::cat({region, image, per_draw(m.words, draws), history, pose}, 1);
+    const std::int64_t tokens = m.image.size(1), words = m.words.size(1);
+    torch::Tensor all = torch::cat(
+        {region, per_draw(m.image, draws), per_draw(m.words, draws), per_draw(m.history, draws), pose}, 1);
     all = velocity_->forward(fusion_->forward(prefix_->forward(all)), condition);
     const std::int64_t past = n + tokens + words;
     return {all.narrow(1, 0, n), all.narrow(1, n, tokens), all.narrow(1, past, history_length),
@@ -162,33 +168,55 @@ FlowRamNetworkImpl::Fused FlowRamNetworkImpl::fuse(const SceneMemory& m, const t
                   velocity = repeat_rows(m.velocity_state, draws);
     const torch::Tensor fused = fusion_->forward_from(fusion, torch::cat({region, pose}, 1));
     const torch::Tensor all = velocity_->forward_from(velocity, fused, condition);
-    return {all.narrow(1, 0, n), image, history, all.select(1, n)};
+    return {all.narrow(1, 0, n), {}, {}, all.select(1, n)};
   }
-  const torch::Tensor all =
-      velocity_->forward(fusion_->forward(torch::cat({history, region, pose}, 1)), condition);
-  return {all.narrow(1, history_length, n), image, all.narrow(1, 0, history_length),
+  const torch::Tensor all = velocity_->forward(
+      fusion_->forward(torch::cat({per_draw(m.history, draws), region, pose}, 1)), condition);
+  return {all.narrow(1, history_length, n),
+          {},
+          all.narrow(1, 0, history_length),
           all.select(1, history_length + n)};
 }
 
-FlowRamNetworkImpl::Geometry FlowRamNetworkImpl::encode_points(const BoundTokens& bound, const DrawBatch& d) {
-  const torch::Tensor normal = d.region_feature.narrow(2, world_normal_at, 3);
-  if (!groups_)
-    return {point_encoder_->forward(bound.token),
-            bound.token,
-            d.region_position,
-            normal,
-            d.region_moments,
-            bound.mismatch};
-  const GroupTokens g = groups_->forward(bound.token, d.region_place);
-  const auto at_centers = [&g](const torch::Tensor& per_point) {
-    return per_point.gather(1, g.center.unsqueeze(-1).expand({-1, -1, per_point.size(2)}));
+// All draws of a scene in one row: its words are read once for them.
+BoundTokens FlowRamNetworkImpl::bind_region(const SceneMemory& m, const DrawBatch& d) {
+  const std::int64_t scenes = m.words.size(0), batch = d.x.size(0), points = d.region_color.size(1);
+  const auto by_scene = [&](const torch::Tensor& t) {
+    return t.reshape({scenes, batch / scenes * points, t.size(2)});
   };
-  return {g.token,
-          at_centers(bound.token),
-          at_centers(d.region_position),
-          at_centers(normal),
-          at_centers(d.region_moments),
+  const BoundTokens all =
+      region_tokens_(by_scene(d.region_feature), by_scene(d.region_color), m.region_words);
+  return {all.token.view({batch, points, -1}), all.mismatch.view({batch, points, -1})};
+}
+
+FlowRamNetworkImpl::Geometry FlowRamNetworkImpl::encode_points(const BoundTokens& bound, const DrawBatch& d) {
+  const torch::Tensor places = GroundingImpl::places(
+      d.region_position, d.region_feature.narrow(2, world_normal_at, 3), d.region_moments);
+  if (!groups_)
+    return {point_encoder_->forward(bound.token), bound.token, d.region_position, places, bound.mismatch};
+  const GroupTokens g = groups_->forward(bound.token, d.region_place);
+  const torch::Tensor center =
+      (g.center + bound.token.size(1) * torch::arange(g.center.size(0), g.center.options()).unsqueeze(1))
+          .flatten();
+  const auto at_centers = [&](const torch::Tensor& per_point) {
+    return per_point.flatten(0, 1).index_select(0, center).view({g.center.size(0), g.center.size(1), -1});
+  };
+  return {g.token, at_centers(bound.token), at_centers(d.region_position), at_centers(places),
           at_centers(bound.mismatch)};
+}
+
+std::vector<GroundingImpl::Points> FlowRamNetworkImpl::points_of(const SceneMemory& m, const Fused& fused,
+                                                                 const Geometry& geometry,
+                                                                 std::int64_t draws) {
+  const auto each_draw = [draws](const GroundingImpl::Points& p, const torch::Tensor& token) {
+    return GroundingImpl::Points{token, per_draw(p.places, draws),
+                                 p.penalty.defined() ? per_draw(p.penalty, draws) : p.penalty};
+  };
+  return {{fused.region + geometry.raw, geometry.places,
+           GroundingImpl::penalty(per_draw(m.sought, draws), geometry.mismatch)},
+          fused.image.defined() ? each_draw(m.image_points, fused.image + per_draw(m.image_raw, draws))
+                                : m.image_points,
+          fused.history.defined() ? each_draw(m.history_points, fused.history) : m.history_points};
 }
 
 NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawBatch& d,
@@ -196,14 +224,8 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
   SceneMemory m = memory;
   if (recompute_prefix_) run_prefix(m);
   const std::int64_t draws = d.x.size(0) / m.words.size(0);
-  const torch::Tensor row = per_draw(m.word_row, draws), words = per_draw(m.words, draws);
-  const torch::Tensor is_word = (row != Vocabulary::pad).to(torch::kFloat32);
-  const torch::Tensor is_color = (row == Vocabulary::color).to(torch::kFloat32);
-  const torch::Tensor mention = mention_table_(per_draw(m.word_mention, draws));
   const torch::Tensor condition = per_draw(m.condition, draws) + time_embedding(d.t);
-
-  const BoundTokens bound = region_tokens_(d.region_feature, d.region_color, words,
-                                           per_draw(m.word_color, draws), is_color, is_word, mention);
+  const BoundTokens bound = bind_region(m, d);
   const torch::Tensor pose = (pose_->forward(d.x) + condition).unsqueeze(1);
   const Geometry geometry = encode_points(bound, d);
   const Fused fused = fuse(m, geometry.token, pose, condition, draws);
@@ -215,21 +237,12 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
     out.action = plain_velocity_->forward(action);
     return out;
   }
-  const torch::Tensor past = per_draw(m.history_position, draws);
-  const auto zeros = [&past](std::int64_t columns) {
-    return torch::zeros({past.size(0), past.size(1), columns}, past.options());
-  };
-  const GroundingImpl::Points points{
-      torch::cat({fused.region + geometry.raw, fused.image + per_draw(m.image_raw, draws), fused.history}, 1),
-      torch::cat({geometry.position, per_draw(m.image_position, draws), past}, 1),
-      torch::cat({geometry.normal, per_draw(m.image_normal, draws), zeros(3)}, 1),
-      torch::cat({geometry.moments, per_draw(m.image_moments, draws), zeros(4)}, 1),
-      torch::cat({geometry.mismatch, per_draw(m.image_mismatch, draws), zeros(words.size(1))}, 1)};
-  const auto result = grounding_->forward(action, per_draw(m.intent, draws), points, per_draw(m.roles, draws),
-                                          is_word, per_draw(m.tool_axes, draws), scale);
+  const auto result =
+      grounding_->forward(action, points_of(m, fused, geometry, draws), per_draw(m.tool_axes, draws), scale);
   out.action = result.end_point;
   out.weights = result.weights;
-  out.weight_position = points.position;
+  out.weight_position = torch::cat(
+      {geometry.position, per_draw(m.image_position, draws), per_draw(m.history_position, draws)}, 1);
   return out;
 }
 

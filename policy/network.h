@@ -14,17 +14,16 @@ namespace flowscope {
 
 /// Everything that one observation contributes, computed once per observation and kept along the flow.
 struct SceneMemory {
-  torch::Tensor words, word_color;       ///< [S, W, C], [S, W, 3]
-  torch::Tensor word_row, word_mention;  ///< [S, W]
-  torch::Tensor image_mismatch;          ///< [S, M, W]
-  torch::Tensor image, image_raw;        ///< [S, M, C] after and before fusion
+  torch::Tensor words;  ///< [S, W, C]
+  WordKeys region_words;
+  torch::Tensor image, image_raw;  ///< [S, M, C] after and before fusion
   torch::Tensor history,
       history_raw;  ///< [S, 3, C] the same; carried: takes the prefix to the region's sequence
   BackboneState fusion_state, velocity_state;  ///< stored: what each block remembers of the prefix
-  torch::Tensor roles;                         ///< [S, W, C] words without their colours
-  torch::Tensor intent;                        ///< [S, C] keyframe index and instruction, without its colours
   torch::Tensor condition;                     ///< [S, C] proprioception, keyframe index and instruction
-  torch::Tensor image_position, image_normal, image_moments, history_position, tool_axes;
+  torch::Tensor sought;                        ///< [S, H, W] the word that each head looks for
+  GroundingImpl::Points image_points, history_points;  ///< S rows; paper, carried: tokens change with a draw
+  torch::Tensor image_position, history_position, tool_axes;
 };
 
 struct NetworkOutput {
@@ -62,11 +61,14 @@ class FlowRamNetworkImpl : public torch::nn::Module {
   };
   /// The geometric tokens before fusion and what the grounded form needs of each.
   struct Geometry {
-    torch::Tensor token, raw;                           ///< [B, n, C] behind and before the point encoder
-    torch::Tensor position, normal, moments, mismatch;  ///< [B, n, …]
+    torch::Tensor token, raw;                  ///< [B, n, C] behind and before the point encoder
+    torch::Tensor position, places, mismatch;  ///< [B, n, 3], [B, n, 10], [B, n, W]
   };
+  BoundTokens bind_region(const SceneMemory& memory, const DrawBatch& draws);
   Geometry encode_points(const BoundTokens& bound, const DrawBatch& draws);
   void run_prefix(SceneMemory& memory);
+  std::vector<GroundingImpl::Points> points_of(const SceneMemory& memory, const Fused& fused,
+                                               const Geometry& geometry, std::int64_t draws);
   Fused fuse(const SceneMemory& memory, const torch::Tensor& region, const torch::Tensor& pose,
              const torch::Tensor& condition, std::int64_t draws);
   torch::Tensor time_embedding(const torch::Tensor& t);

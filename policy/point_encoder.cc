@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "policy/fused_groups.h"
+#include "policy/packed_layer.h"
 #include "policy/point_groups.h"
 
 namespace flowscope {
@@ -51,11 +53,6 @@ BatchGroups group_batch(const torch::Tensor& position, std::int64_t groups, std:
   return out;
 }
 
-// In place where no gradient asks for what was there: these are the largest tensors.
-torch::Tensor activated(torch::Tensor x) {
-  return torch::GradMode::is_enabled() ? torch::gelu(x) : torch::gelu_(x);
-}
-
 // Over the members of each group.
 torch::Tensor greatest(const torch::Tensor& x) { return x.amax(2); }
 
@@ -97,11 +94,16 @@ void PointEncoderImpl::require_fitting(const torch::Tensor& tokens, const torch:
 
 torch::Tensor PointEncoderImpl::embed_groups(const torch::Tensor& tokens, const torch::Tensor& relative,
                                              const torch::Tensor& neighbour) {
+  if (path_ == ScanPath::fused && plain_arrays(tokens, inner_->weight)) {
+    return fused_groups({token_in_->weight, token_in_->bias, place_in_->weight, inner_->weight, inner_->bias,
+                         pooled_->weight, out_->weight, out_->bias},
+                        tokens, relative, neighbour);
+  }
   const std::int64_t batch = tokens.size(0);
   torch::Tensor h = token_in_(tokens).flatten(0, 1).index_select(0, neighbour);
   h = h.view({batch, groups_, size_, channels_}).add_(place_in_(relative));
-  h = activated(h);
-  const torch::Tensor u = activated(inner_(h).add_(pooled_(greatest(h)).unsqueeze(2)));
+  h = torch::gelu(h);
+  const torch::Tensor u = torch::gelu(inner_(h).add_(pooled_(greatest(h)).unsqueeze(2)));
   return out_(greatest(u));
 }
 

@@ -29,7 +29,11 @@ class PointEncoderImpl : public torch::nn::Module {
   /// tokens [B, n, C], already bound to words; position [B, n, 3] metres, world. Throws std::invalid_argument
   /// for other shapes and for fewer points than groups or than a group's size.
   GroupTokens forward(const torch::Tensor& tokens, const torch::Tensor& position);
-  void run_by(ScanPath path) { blocks_->run_by(path); }
+  /// As Backbone's; `fused` covers the groups too (policy/fused_groups.h).
+  void run_by(ScanPath path) {
+    path_ = path;
+    blocks_->run_by(path);
+  }
 
  private:
   void require_fitting(const torch::Tensor& tokens, const torch::Tensor& position) const;
@@ -37,6 +41,7 @@ class PointEncoderImpl : public torch::nn::Module {
                              const torch::Tensor& neighbour);
 
   int channels_, groups_, size_;
+  ScanPath path_ = ScanPath::fused;
   torch::nn::Linear token_in_{nullptr}, place_in_{nullptr}, inner_{nullptr}, pooled_{nullptr}, out_{nullptr};
   torch::nn::Sequential place_{nullptr};
   torch::Tensor scale_, shift_;  ///< [2, C] tell the two readings apart

@@ -28,18 +28,37 @@ struct Near {
   int index;
 };
 
-// The `size` nearest, sorted; of equally near ones the first. Few points come nearer than the last so far.
-std::vector<Near> nearest_to(const Vector3f& center, std::span<const Vector3f> position, int size) {
-  std::vector<Near> nearest(static_cast<std::size_t>(size), {std::numeric_limits<float>::infinity(), -1});
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    const float distance2 = (position[i] - center).squaredNorm();
-    if (distance2 >= nearest.back().distance2) continue;
-    std::size_t at = nearest.size() - 1;
-    for (; at > 0 && nearest[at - 1].distance2 > distance2; --at) nearest[at] = nearest[at - 1];
-    nearest[at] = {distance2, static_cast<int>(i)};
+/// The points as separate arrays, which distances to all of them are quickly taken from.
+class Surround {
+ public:
+  explicit Surround(std::span<const Vector3f> position) : distance2_(position.size()) {
+    for (int k = 0; k < 3; ++k)
+      for (const Vector3f& p : position) place_[k].push_back(p[k]);
   }
-  return nearest;
-}
+
+  // The `size` nearest, sorted; of equally near ones the first. Few points come nearer than the last so far.
+  std::vector<Near> nearest_to(const Vector3f& center, int size) {
+    const float *x = place_[0].data(), *y = place_[1].data(), *z = place_[2].data();
+    const float cx = center.x(), cy = center.y(), cz = center.z();
+    const std::size_t count = distance2_.size();
+    float* const distance2 = distance2_.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+      distance2[i] = dx * dx + dy * dy + dz * dz;
+    }
+    std::vector<Near> nearest(static_cast<std::size_t>(size), {std::numeric_limits<float>::infinity(), -1});
+    for (std::size_t i = 0; i < count; ++i) {
+      if (distance2[i] >= nearest.back().distance2) continue;
+      std::size_t at = nearest.size() - 1;
+      for (; at > 0 && nearest[at - 1].distance2 > distance2[i]; --at) nearest[at] = nearest[at - 1];
+      nearest[at] = {distance2[i], static_cast<int>(i)};
+    }
+    return nearest;
+  }
+
+ private:
+  std::vector<float> place_[3], distance2_;
+};
 
 CurveCube cube_around(std::span<const Vector3f> position) {
   Vector3f low = position[0], high = position[0];
@@ -69,8 +88,9 @@ PointGroups group_points(std::span<const Vector3f> position, int groups, int siz
                                 std::to_string(size) + " wanted from " + std::to_string(n) + " points");
   PointGroups out;
   out.center = farthest_points({.position = position}, groups, lowest(position));
+  Surround surround(position);
   for (const int c : out.center) {
-    const std::vector<Near> nearest = nearest_to(position[static_cast<std::size_t>(c)], position, size);
+    const std::vector<Near> nearest = surround.nearest_to(position[static_cast<std::size_t>(c)], size);
     for (const Near& near : nearest) out.neighbour.push_back(near.index);
     out.reach_m += std::sqrt(nearest.back().distance2) / static_cast<float>(groups);
   }

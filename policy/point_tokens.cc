@@ -1,5 +1,8 @@
 #include "policy/point_tokens.h"
 
+#include "policy/fused_tokens.h"
+#include "policy/packed_layer.h"
+
 namespace flowscope {
 namespace {
 
@@ -34,28 +37,63 @@ PointTokensImpl::PointTokensImpl(int features, int channels, bool binding)
       strictness_(register_parameter("strictness", torch::tensor({2.3f, 2.3f}))),
       gain_(register_parameter("gain", torch::tensor({1.f}))) {}
 
-BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch::Tensor& color,
-                                     const torch::Tensor& words, const torch::Tensor& word_color,
+WordKeys PointTokensImpl::read_words(const torch::Tensor& words, const torch::Tensor& word_color,
                                      const torch::Tensor& is_color, const torch::Tensor& is_word,
-                                     const torch::Tensor& mention, const torch::Tensor& extra) {
+                                     const torch::Tensor& mention) {
+  WordKeys keys;
+  keys.is_color = is_color.unsqueeze(1);
+  keys.is_word = is_word.unsqueeze(1);
+  if (!binding_) return keys;
+  keys.key = key_(words);
+  keys.value = value_(words);
+  keys.sharp = sharp_(mention);
+  keys.wide = wide_(mention);
+  keys.color = gain_ * word_color;
+  keys.hue = hue(word_color);
+  return keys;
+}
+
+TokenWeights PointTokensImpl::weights() const {
+  const auto* first = out_->ptr(1)->as<torch::nn::Linear>();
+  const auto* second = out_->ptr(3)->as<torch::nn::Linear>();
+  const torch::Tensor width = log_width_.exp(), strictness = strictness_.exp();
+  return {in_->weight,
+          in_->bias,
+          first->weight,
+          first->bias,
+          second->weight,
+          second->bias,
+          query_->weight,
+          query_->bias,
+          width[0].item<float>(),
+          width[1].item<float>(),
+          strictness[0].item<float>(),
+          strictness[1].item<float>(),
+          static_cast<float>(farthest2)};
+}
+
+BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch::Tensor& color,
+                                     const WordKeys& w, const torch::Tensor& extra) {
+  if (path_ == ScanPath::fused && plain_arrays(features, in_->weight))
+    return fused_tokens(weights(), features, color, w, extra);
   torch::Tensor h = in_(features);
   if (extra.defined()) h = h + extra;
-  if (!binding_) return {out_->forward(h), torch::zeros({h.size(0), h.size(1), words.size(1)}, h.options())};
+  if (!binding_)
+    return {out_->forward(h), torch::zeros({h.size(0), h.size(1), w.is_word.size(2)}, h.options())};
 
   const torch::Tensor width = log_width_.exp();
-  const torch::Tensor mask = is_color.unsqueeze(1);
-  const torch::Tensor color2 = distance2(color, gain_ * word_color);
-  const torch::Tensor hue2 = distance2(hue(color), hue(word_color));
-  const torch::Tensor near = torch::exp(-width[0] * color2) * mask;
-  const torch::Tensor alike = torch::exp(-width[1] * hue2) * mask;
+  const torch::Tensor color2 = distance2(color, w.color);
+  const torch::Tensor hue2 = distance2(hue(color), w.hue);
+  const torch::Tensor near = torch::exp(-width[0] * color2) * w.is_color;
+  const torch::Tensor alike = torch::exp(-width[1] * hue2);
   const torch::Tensor strictness = strictness_.exp();
   const torch::Tensor mismatch =
-      (strictness[0] * color2.clamp_max(farthest2) + strictness[1] * hue2.clamp_max(farthest2)) * mask;
-  h = h + torch::bmm(near, sharp_(mention)) + torch::bmm(near * alike, wide_(mention));
+      (strictness[0] * color2.clamp_max(farthest2) + strictness[1] * hue2.clamp_max(farthest2)) * w.is_color;
+  h = h + torch::bmm(near, w.sharp) + torch::bmm(near * alike, w.wide);
   const double scale = 1.0 / std::sqrt(static_cast<double>(h.size(-1)));
-  torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), key_(words).transpose(1, 2)) * scale;
-  scores = scores.masked_fill((is_word < 0.5).unsqueeze(1), -1e9);
-  h = h + torch::bmm(torch::softmax(scores, -1), value_(words));
+  torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), w.key.transpose(1, 2)) * scale;
+  scores = scores.masked_fill(w.is_word < 0.5, -1e9);
+  h = h + torch::bmm(torch::softmax(scores, -1), w.value);
   return {out_->forward(h), mismatch};
 }
 

@@ -143,11 +143,28 @@ struct Simd {
     }
   }
   static Float sigmoid(Float x) { return reciprocal(1.f + exp2(-max(fill(-125.f), x * kLog2E))); }
+  /// x Φ(x), Φ the normal distribution: with the error function's approximation 7.1.26 of Abramowitz and
+  /// Stegun (absolute error below 2e-7 |x|).
+  static Float gelu(Float x) {
+    const Float above = max(Float{}, x), size = 2.f * above - x;  // |x|
+    const Float t = reciprocal(1.f + size * 0.231641888f);        // 0.3275911 / sqrt(2)
+    Float p = t * 1.061405429f - 1.453152027f;
+    p = p * t + 1.421413741f;
+    p = p * t - 0.284496736f;
+    p = p * t + 0.254829592f;
+    const Float bell = exp2(max(fill(-126.f), size * size * (-0.5f * kLog2E)));
+    return above - size * (0.5f * p * t * bell);
+  }
   /// Always in the same order.
   static float sum(Float value) {
     float total = 0;
     for (int i = 0; i < W; ++i) total += value[i];
     return total;
+  }
+  static float greatest(Float value) {
+    float most = value[0];
+    for (int i = 1; i < W; ++i) most = most > value[i] ? most : value[i];
+    return most;
   }
   /// log(1 + e^x), relative error below 1e-6 for x >= -87.
   static Float softplus(Float x) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "policy/checkpoint.h"
@@ -56,6 +57,37 @@ TEST(TrainingRun, GoesOnFromTheFileWithTwoTasksAndCropsBitForBit) {
   straight->save(one);
   resumed->save(two);
   EXPECT_EQ(weights_of(one), weights_of(two));
+}
+
+/// How far one step moves the weights of `file`, when training goes on for `minutes` more (0: as it was).
+double one_step_from(const std::filesystem::path& file, double minutes) {
+  const auto trainer = Trainer::resume(file);
+  add_two_tasks(*trainer);
+  if (minutes > 0) trainer->go_on_for(minutes);
+  trainer->step();
+  const auto after = file.parent_path() / "after.fsp";
+  trainer->save(after);
+  const LoadedCheckpoint before = read_checkpoint(file), then = read_checkpoint(after);
+  const auto old = before.model.network->named_parameters();
+  double moved = 0;
+  for (const auto& item : then.model.network->named_parameters())
+    moved += (item.value() - old[item.key()]).square().sum().item<double>();
+  return std::sqrt(moved);
+}
+
+TEST(TrainingRun, MoreMinutesStretchAScheduleThatHasEnded) {
+  const testing::TemporaryFolder folder;
+  const auto file = folder.path() / "a.fsp";
+  TrainOptions options = small();
+  options.expected_minutes = 1e-6;
+  const auto trainer = Trainer::create(options);
+  add_two_tasks(*trainer);
+  for (int i = 0; i < 3; ++i) trainer->step();
+  trainer->save(file);
+  // 2 % of the rate where the schedule has ended, nearly all of it at the start of a long one.
+  const double ended = one_step_from(file, 0), stretched = one_step_from(file, 1000);
+  EXPECT_GT(ended, 0);
+  EXPECT_NEAR(stretched / ended, 50, 5);
 }
 
 TEST(TrainingRun, CropsChangeWhatIsLearnt) {
