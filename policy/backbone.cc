@@ -8,6 +8,7 @@
 namespace flowscope {
 
 BackboneState repeat_rows(const BackboneState& state, std::int64_t draws) {
+  if (draws == 1) return state;
   BackboneState out;
   for (const auto& [a, b] : state)
     out.emplace_back(a.repeat_interleave(draws, 0), b.repeat_interleave(draws, 0));

@@ -62,7 +62,9 @@ BoundTokens fused_tokens(const TokenWeights& w, const torch::Tensor& features, c
       second_out(kernels, w.second_out, w.second_bias);
   const torch::Tensor x = features.contiguous(), rgb = color.contiguous(),
                       added = extra.defined() ? extra.contiguous() : extra;
-  const BoundTokens result{torch::empty({scenes, points, channels}), torch::zeros({scenes, points, words})};
+  const BoundTokens result{
+      torch::empty({scenes, points, channels}),
+      keys.key.defined() ? torch::empty({scenes, points, words}) : torch::zeros({scenes, points, words})};
 
   for (std::int64_t scene = 0; scene < scenes; ++scene) {
     std::optional<SceneWords> bound;
