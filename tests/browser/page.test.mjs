@@ -113,7 +113,7 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 1_800_000 }, ()
     await open_live({ prepare: async (page) => {
       await page.route(api("demos"), (route) => answer(route, { demos: [] }));
       await page.route(api("train"), (route) => answer(route, { running: false, step: 0, loss: 0, loss_flow: 0, loss_open: 0, samples_per_s: 0,
-        minutes: 0, demos: 0, validation: { position_mm: 0, rotation_deg: 0, keyframes: 0 }, loss_history: [], validation_history: [], error: null }));
+        minutes: 0, demos: 0, validation: { position_mm: 0, rotation_deg: 0, keyframes: 0, tasks: [] }, loss_history: [], validation_history: [], error: null }));
       await page.routeWebSocket(/events/, (socket) => socket.send("{\"type\":\"log\",\"data\":{\"level\":\"info\",\"message\":\"\"}}"));
     } });
     await at("tab-data").click();
@@ -122,6 +122,23 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 1_800_000 }, ()
     assert.equal(await at("train-empty").isVisible(), true);
     assert.equal(await at("train-start").isDisabled(), true);
     await keep_shot(now.page, "fake-empty");
+  });
+
+  test("says the loss of each part and the held-out error of each task", async () => {
+    const tasks = [{ task: "open_drawer", position_mm: 1.25, rotation_deg: 0.4, keyframes: 3 }, { task: "push_buttons", position_mm: 12, rotation_deg: 2, keyframes: 6 }];
+    await open_live({ prepare: async (page) => {
+      await page.route(api("train"), (route) => answer(route, { running: false, step: 40, loss: 1, loss_flow: 0.8, loss_position: 0.25,
+        loss_rotation: 0.5, loss_open: 0.125, skipped: 2, samples_per_s: 10, minutes: 1, demos: 2,
+        validation: { position_mm: 6, rotation_deg: 1, keyframes: 9, tasks }, loss_history: [], validation_history: [], error: null }));
+      await page.routeWebSocket(/events/, (socket) => socket.send("{\"type\":\"log\",\"data\":{\"level\":\"info\",\"message\":\"\"}}"));
+    } });
+    await at("tab-train").click();
+    await until(async () => (await text("train-parts")).includes("openness 0.125"), "the parts of the loss");
+    assert.equal(await text("train-parts"), "loss of position 0.25, rotation 0.5, openness 0.125; 2 steps skipped, their loss was not finite");
+    const rows = at("task-errors").locator("tbody tr");
+    assert.equal(await rows.count(), 2);
+    assert.match(await rows.first().textContent(), /open drawer.*1\.[23] mm.*0\.4°.*3 keyframes/);
+    await keep_shot(now.page, "fake-train-tasks");
   });
 
   test("shows a refused call with its place, and marks the line of a script", async () => {

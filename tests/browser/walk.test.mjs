@@ -61,6 +61,9 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await at("tab-train").click();
     await at("preset").selectOption("nano");
     await at("train-limit").fill("0.3");
+    await page.locator(".method summary").click();
+    await at("train-radius").selectOption("cosine");
+    assert.match(await text("train-method"), /radius: cosine/);
     await at("train-start").click();
     await until(async () => Number((await text("train-step")).replace(/\D/g, "")) > 0, "a training step", 3 * minutes);
     await until(async () => Number(await at("loss-chart").getAttribute("data-points")) > 1, "a loss curve", 2 * minutes);
@@ -68,6 +71,7 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await until(() => at("train-start").isEnabled(), "the end of training", 3 * minutes);
     assert.equal(await at("train-error").isVisible(), false, await text("train-error"));
     assert.ok(Number.isFinite(Number(await text("train-loss"))), await text("train-loss"));
+    assert.match(await text("train-parts"), /^loss of position [\d.]+, rotation [\d.]+, openness [\d.]+$/);
   });
 
   test("training goes on from where it ended", async () => {
@@ -86,9 +90,11 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await at("debug-done").locator("button").click();
     await until(() => at("debug-done").isHidden(), "a fresh scene");
     await at("flow-steps").fill("4");
+    await at("predict-integrator").selectOption("midpoint");
     await at("predict").click();
     await until(async () => (await text("step-readout")) === "step 4/4", "the prediction's last step", 2 * minutes);
     assert.match(await text("trace-error"), /mm and .*° from the expert/);
+    assert.match(await text("trace-origin"), /cosine radius, midpoint/);
     const end = await picture();
     await at("step-first").click();
     assert.equal(await text("step-readout"), "step 0/4");

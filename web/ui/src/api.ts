@@ -33,9 +33,12 @@ async function json<T>(method: string, path: string, body?: unknown): Promise<T>
 const v1 = "/api/v1";
 const id_of = encodeURIComponent;
 
-export interface PredictOptions { flow_steps: number; seed: number; samples: number; radius?: string; objective?: string }
+export interface PredictOptions { flow_steps: number; seed: number; samples: number; radius?: string; objective?: string; integrator?: string }
 export interface BranchOptions { step: number; position?: Vec3; radius?: number; flow_steps?: number }
-export interface TrainOptions { preset?: string; resume?: boolean; minutes?: number; steps?: number; tasks?: string[] }
+export interface TrainOptions {
+  preset?: string; resume?: boolean; minutes?: number; steps?: number; tasks?: string[];
+  objective?: string; backbone?: string; radius?: string; point_encoder?: boolean; grounded?: boolean;
+}
 export interface ExportOptions {
   kind: "png" | "mp4" | "strip" | "cloud"; trace?: string; demo?: string; step?: number; camera?: string; width?: number; height?: number;
 }

@@ -8,9 +8,10 @@ export interface Orbit { azimuth_deg: number; elevation_deg: number; distance_m:
 export interface ViewSettings {
   id: string; camera: string | null; orbit: Orbit; width: number; height: number; overlays: boolean;
 }
-export interface Validation { position_mm: number; rotation_deg: number; keyframes: number }
+export interface TaskError { task: string; position_mm: number; rotation_deg: number; keyframes: number }
+export interface Validation { position_mm: number; rotation_deg: number; keyframes: number; tasks: TaskError[] }
 export interface TrainStatus {
-  step: number; loss: number; loss_flow: number; loss_open: number;
+  step: number; loss: number; loss_flow: number; loss_position: number; loss_rotation: number; loss_open: number; skipped: number;
   samples_per_s: number; minutes: number; demos: number; validation: Validation;
 }
 export interface TrainReport extends TrainStatus {

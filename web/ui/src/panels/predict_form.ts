@@ -10,10 +10,13 @@ export function predict_form(): HTMLElement {
   const samples = number_input("samples", "samples", 1, { min: 1, max: 16, step: 1 });
   const radius = h("select", { "data-testid": "predict-radius", "aria-label": "radius schedule" },
     h("option", { value: "" }, "as trained"), ...["linear", "cosine", "off"].map((kind) => h("option", { value: kind }, kind)));
+  const integrator = h("select", { "data-testid": "predict-integrator", "aria-label": "integrator of the flow",
+    title: "midpoint looks twice a step, Runge–Kutta four times; diffusion policies take their own steps" },
+    ...[["euler", "Euler"], ["midpoint", "midpoint"], ["rk4", "Runge–Kutta 4"]].map(([value, text]) => h("option", { value: value! }, text!)));
   const predict = h("button", { type: "button", class: "primary", "data-testid": "predict", title: "predict on the scene as it is now (p)",
     onclick: () => void act(async () => {
       const ids = await api.predict({ flow_steps: read_number(flow_steps), seed: read_number(seed), samples: read_number(samples),
-        ...(radius.value ? { radius: radius.value } : {}) });
+        ...(radius.value ? { radius: radius.value } : {}), ...(integrator.value === "euler" ? {} : { integrator: integrator.value }) });
       await refresh_traces();
       if (ids[0]) await select_trace(ids[0]);
     }, predict) }, "Predict");
@@ -35,5 +38,5 @@ export function predict_form(): HTMLElement {
       predict.title = `predict on the scene as it is now (p)${file ? ` with ${file}` : ""}`;
     });
   return h("section", { class: "predict" },
-    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), predict), empty, done);
+    h("div", { class: "row tight" }, field("flow steps", flow_steps), field("seed", seed), field("samples", samples), field("radius", radius), field("integrator", integrator), predict), empty, done);
 }

@@ -49,7 +49,7 @@ export function step_numbers(): HTMLElement {
     heading.style.color = flow_color(now.t);
     const { policy, radius, parent } = trace;
     set_text(origin, parent ? `branched from ${parent.trace} at step ${parent.step}` :
-      `${policy.backbone}, ${policy.objective}, ${radius.kind} radius, seed ${trace.seed}, weights ${policy.generation}`);
+      `${policy.backbone}, ${policy.objective}, ${radius.kind} radius, ${trace.integrator}, seed ${trace.seed}, weights ${policy.generation}`);
     origin.title = origin.textContent ?? "";
     rows.forEach((row, i) => set_text(cells[i]!, row.text(trace, step)));
     set_text(error, verdict(trace));

@@ -6,6 +6,8 @@ import { chart } from "../colors";
 import { field, fill, h, number_input, read_number, set_text, show_if } from "../dom";
 import { count, degrees, loss, minutes } from "../format";
 import { store } from "../store";
+import { method_choice } from "./train_method";
+import { loss_parts, task_errors } from "./train_parts";
 
 const presets = [
   { value: "nano", text: "nano (to try)" },
@@ -78,8 +80,9 @@ export function train_panel(): HTMLElement {
   preset.value = "desk";
   const limit = number_input("train-limit", "minutes", 10, { min: 0.1, max: 10080, step: 0.1 });
   const tasks = task_choice();
+  const method = method_choice();
   const start = h("button", { type: "button", class: "primary", "data-testid": "train-start",
-    onclick: () => void act(() => api.train_start({ preset: preset.value, minutes: read_number(limit),
+    onclick: () => void act(() => api.train_start({ preset: preset.value, minutes: read_number(limit), ...method.chosen(),
       ...(tasks.chosen().length > 0 ? { tasks: tasks.chosen() } : {}) }), start) }, "Start training");
   const resume = h("button", { type: "button", "data-testid": "train-resume", title: "train the policy in use further, with the demonstrations there are now",
     onclick: () => void act(() => api.train_start({ resume: true, minutes: read_number(limit),
@@ -98,11 +101,12 @@ export function train_panel(): HTMLElement {
     show_if(resume, loaded && !running && demo_count > 0);
     stop.disabled = !running;
     preset.disabled = limit.disabled = running;
+    method.enable(!running);
     set_text(start, (step > 0 || loaded) && !running ? "Train anew" : "Start training");
   });
   store.watch((s) => [s.train?.error] as const, (message) => {
     show_if(failure, Boolean(message));
     set_text(failure, message ? `Training stopped: ${message}` : "");
   });
-  return h("div", { class: "panel train-panel" }, empty, form, tasks.element, failure, figures(), ...curves());
+  return h("div", { class: "panel train-panel" }, empty, form, method.element, tasks.element, failure, figures(), loss_parts(), ...curves(), task_errors());
 }
