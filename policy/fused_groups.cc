@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "policy/flush_denormals.h"
 #include "policy/packed_layer.h"
 
 namespace flowscope {
@@ -30,6 +31,7 @@ torch::Tensor fused_groups(const GroupWeights& w, const torch::Tensor& tokens, c
     token_in.apply(last - first, {token + first * channels, channels}, h_of_token + first * channels);
   });
   at::parallel_for(0, batch * groups, kGroups, [&](std::int64_t begin, std::int64_t end) {
+    const FlushDenormals flush;
     AlignedFloats h, u, top, above;
     h.reserve(kGroups * size * channels), u.reserve(kGroups * size * channels);
     top.reserve(kGroups * channels), above.reserve(kGroups * channels);

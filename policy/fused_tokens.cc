@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "policy/flush_denormals.h"
 #include "policy/packed_layer.h"
 
 namespace flowscope {
@@ -70,6 +71,7 @@ BoundTokens fused_tokens(const TokenWeights& w, const torch::Tensor& features, c
     std::optional<SceneWords> bound;
     if (keys.key.defined()) bound.emplace(w, keys, scene, kernels);
     at::parallel_for(0, (points + kRows - 1) / kRows, 1, [&](std::int64_t begin, std::int64_t end) {
+      const FlushDenormals flush;  // words that match nothing weigh next to nothing
       Scratch s(channels, words);
       for (std::int64_t chunk = begin; chunk < end; ++chunk) {
         const std::int64_t row = scene * points + chunk * kRows,

@@ -1,20 +1,8 @@
 #include "policy/mamba_kernels.h"
 
+#include "policy/instruction_sets.h"
+
 namespace flowscope {
-namespace {
-
-std::vector<const MambaKernels*> find_supported() {
-  std::vector<const MambaKernels*> found;
-#if defined(__x86_64__)
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (avx2 && __builtin_cpu_supports("avx512f")) found.push_back(&kAvx512Kernels);
-  if (avx2) found.push_back(&kAvx2Kernels);
-#endif
-  found.push_back(&kPortableKernels);
-  return found;
-}
-
-}  // namespace
 
 std::int64_t MambaKernels::scratch_floats(const ScanShape& shape) const {
   const std::int64_t per_step = shape.states * width;
@@ -23,7 +11,8 @@ std::int64_t MambaKernels::scratch_floats(const ScanShape& shape) const {
 }
 
 const std::vector<const MambaKernels*>& supported_mamba_kernels() {
-  static const std::vector<const MambaKernels*> supported = find_supported();
+  static const std::vector<const MambaKernels*> supported =
+      that_run_here(kAvx512Kernels, kAvx2Kernels, kPortableKernels);
   return supported;
 }
 

@@ -6,11 +6,6 @@
 namespace flowscope {
 namespace {
 
-torch::nn::Sequential mlp(int in, int channels) {
-  return torch::nn::Sequential(torch::nn::Linear(in, channels), torch::nn::GELU(),
-                               torch::nn::Linear(channels, channels));
-}
-
 // One row per scene to one row per draw.
 torch::Tensor per_draw(const torch::Tensor& x, std::int64_t draws) {
   return draws == 1 ? x : x.repeat_interleave(draws, 0);
@@ -41,17 +36,17 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
   place_table_ = register_module("place_table", torch::nn::Embedding(shape.words, c));
   keyframe_table_ = register_module("keyframe_table", torch::nn::Embedding(keyframe_rows, c));
   word_color_ = register_module("word_color", torch::nn::Linear(3, c));
-  history_ = register_module("history", mlp(history_features, c));
-  proprioception_ = register_module("proprioception", mlp(history_features * history_length, c));
-  time_ = register_module("time", mlp(2 * time_features, c));
+  history_ = register_module("history", Mlp(history_features, c, c));
+  proprioception_ = register_module("proprioception", Mlp(history_features * history_length, c, c));
+  time_ = register_module("time", Mlp(2 * time_features, c, c));
   if (trunk_)
     clip_image_ = register_module("clip_image", ClipImageBranch(trunk_, c));
   else
-    patch_ = register_module("patch", mlp(patch_values, c));
+    patch_ = register_module("patch", Mlp(patch_values, c, c));
   if (shape.text_branch == "clip")
     word_feature_ = register_module("word_feature", torch::nn::Linear(clip_text_width, c));
-  pose_ = register_module("pose", mlp(9, c));
-  instruction_ = register_module("instruction", mlp(c, c));
+  pose_ = register_module("pose", Mlp(9, c, c));
+  instruction_ = register_module("instruction", Mlp(c, c, c));
   image_tokens_ = register_module("image_tokens", PointTokens(point_features, c, shape.binding));
   region_tokens_ = register_module("region_tokens", PointTokens(region_features, c, shape.binding));
   const auto stack = [&](const char* name, int blocks, int condition_dim) {
@@ -70,16 +65,15 @@ FlowRamNetworkImpl::FlowRamNetworkImpl(const NetworkShape& shape, const std::str
   if (shape.grounded)
     grounding_ = register_module("grounding", Grounding(c, shape.heads));
   else
-    plain_velocity_ = register_module(
-        "plain_velocity",
-        torch::nn::Sequential(torch::nn::Linear(c, c), torch::nn::GELU(), torch::nn::Linear(c, 9)));
-  open_ = register_module(
-      "open", torch::nn::Sequential(torch::nn::Linear(c, c), torch::nn::GELU(), torch::nn::Linear(c, 1)));
+    plain_velocity_ = register_module("plain_velocity", Mlp(c, c, 9));
+  open_ = register_module("open", Mlp(c, c, 1));
 }
 
 void FlowRamNetworkImpl::compute_by(ScanPath path, bool recompute_prefix) {
   for (const Backbone& stack : {prefix_, point_encoder_, fusion_, velocity_}) stack->run_by(path);
   if (groups_) groups_->run_by(path);
+  for (const auto& module : modules())
+    if (auto* mlp = dynamic_cast<MlpImpl*>(module.get())) mlp->run_by(path);
   image_tokens_->run_by(path);
   region_tokens_->run_by(path);
   recompute_prefix_ = recompute_prefix;
@@ -237,8 +231,9 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
     out.action = plain_velocity_->forward(action);
     return out;
   }
-  const auto result =
-      grounding_->forward(action, points_of(m, fused, geometry, draws), per_draw(m.tool_axes, draws), scale);
+  const GroundingImpl::Tool tool{per_draw(m.history_position.select(1, history_length - 1), draws),
+                                 per_draw(m.tool_axes, draws)};
+  const auto result = grounding_->forward(action, points_of(m, fused, geometry, draws), tool, scale);
   out.action = result.end_point;
   out.weights = result.weights;
   out.weight_position = torch::cat(

@@ -7,6 +7,7 @@
 #include "policy/batch.h"
 #include "policy/clip/image_branch.h"
 #include "policy/grounding.h"
+#include "policy/mlp.h"
 #include "policy/point_encoder.h"
 #include "policy/point_tokens.h"
 
@@ -82,14 +83,14 @@ class FlowRamNetworkImpl : public torch::nn::Module {
       keyframe_table_{nullptr};
   torch::nn::Linear word_color_{nullptr}, word_feature_{nullptr};
   ClipImageBranch clip_image_{nullptr};
-  torch::nn::Sequential history_{nullptr}, proprioception_{nullptr}, time_{nullptr}, patch_{nullptr},
-      pose_{nullptr}, instruction_{nullptr};
+  Mlp history_{nullptr}, proprioception_{nullptr}, time_{nullptr}, patch_{nullptr}, pose_{nullptr},
+      instruction_{nullptr};
   PointTokens image_tokens_{nullptr}, region_tokens_{nullptr};
   Backbone prefix_{nullptr}, point_encoder_{nullptr}, fusion_{nullptr}, velocity_{nullptr};
   torch::nn::LayerNorm out_norm_{nullptr};
   PointEncoder groups_{nullptr};  ///< instead of point_encoder_ where the shape asks for groups
   Grounding grounding_{nullptr};
-  torch::nn::Sequential plain_velocity_{nullptr}, open_{nullptr};
+  Mlp plain_velocity_{nullptr}, open_{nullptr};
   bool recompute_prefix_ = false;
 };
 TORCH_MODULE(FlowRamNetwork);

@@ -71,8 +71,7 @@ PointEncoderImpl::PointEncoderImpl(const NetworkShape& shape, const std::string&
   inner_ = register_module("inner", torch::nn::Linear(c, c));
   pooled_ = register_module("pooled", without_bias(c));
   out_ = register_module("out", torch::nn::Linear(c, c));
-  place_ = register_module(
-      "place", torch::nn::Sequential(torch::nn::Linear(3, c), torch::nn::GELU(), torch::nn::Linear(c, c)));
+  place_ = register_module("place", Mlp(3, c, c));
   scale_ = register_parameter("scale", 1 + 0.02 * torch::randn({2, c}));
   shift_ = register_parameter("shift", 0.02 * torch::randn({2, c}));
   blocks_ = register_module(

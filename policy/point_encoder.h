@@ -7,6 +7,7 @@
 #include <string>
 
 #include "policy/backbone.h"
+#include "policy/mlp.h"
 #include "policy/preset.h"
 
 namespace flowscope {
@@ -32,6 +33,7 @@ class PointEncoderImpl : public torch::nn::Module {
   /// As Backbone's; `fused` covers the groups too (policy/fused_groups.h).
   void run_by(ScanPath path) {
     path_ = path;
+    place_->run_by(path);
     blocks_->run_by(path);
   }
 
@@ -43,7 +45,7 @@ class PointEncoderImpl : public torch::nn::Module {
   int channels_, groups_, size_;
   ScanPath path_ = ScanPath::fused;
   torch::nn::Linear token_in_{nullptr}, place_in_{nullptr}, inner_{nullptr}, pooled_{nullptr}, out_{nullptr};
-  torch::nn::Sequential place_{nullptr};
+  Mlp place_{nullptr};
   torch::Tensor scale_, shift_;  ///< [2, C] tell the two readings apart
   Backbone blocks_{nullptr};
 };

@@ -73,14 +73,10 @@ class ProductBody {
     for (std::int64_t output = 0; output < outputs; output += kVectors * W) {
       const std::int64_t width = vectors_at(outputs, output) * W;
       float* to = packed + output * inputs;
-      // A few inputs at a time, whose lines all outputs find in the cache.
-      for (std::int64_t first = 0; first < inputs; first += kRows) {
-        const std::int64_t last = first + kRows < inputs ? first + kRows : inputs;
-        for (std::int64_t o = 0; o < width; ++o) {
-          const float* from = weight + (output + o) * inputs;
-          const bool exists = output + o < outputs;
-          for (std::int64_t k = first; k < last; ++k) to[k * width + o] = exists ? from[k] : 0.f;
-        }
+      for (std::int64_t o = 0; o < width; ++o) {
+        const float* from = weight + (output + o) * inputs;
+        const bool exists = output + o < outputs;
+        for (std::int64_t k = 0; k < inputs; ++k) to[k * width + o] = exists ? from[k] : 0.f;
       }
     }
   }
