@@ -22,6 +22,13 @@ struct BatchGroups {
   torch::Tensor reach;      ///< [B, 1, 1] metres
 };
 
+// Inside a parallel loop over a batch this is that loop's thread alone.
+void over_threads(int count, const std::function<void(int first, int last)>& part) {
+  at::parallel_for(0, count, 64, [&part](std::int64_t first, std::int64_t last) {
+    part(static_cast<int>(first), static_cast<int>(last));
+  });
+}
+
 BatchGroups group_batch(const torch::Tensor& position, std::int64_t groups, std::int64_t size) {
   const torch::Tensor plain = position.detach().to(torch::kCPU, torch::kFloat32).contiguous();
   const std::int64_t batch = plain.size(0), n = plain.size(1);
@@ -37,7 +44,8 @@ BatchGroups group_batch(const torch::Tensor& position, std::int64_t groups, std:
       std::vector<Eigen::Vector3f> points;
       for (std::int64_t i = b * n; i < (b + 1) * n; ++i)
         points.emplace_back(from[3 * i], from[3 * i + 1], from[3 * i + 2]);
-      const PointGroups g = group_points(points, static_cast<int>(groups), static_cast<int>(size));
+      const PointGroups g =
+          group_points(points, static_cast<int>(groups), static_cast<int>(size), over_threads);
       const auto write = [](const std::vector<int>& numbers, std::int64_t base, std::int64_t* to) {
         for (const int i : numbers) *to++ = base + i;
       };

@@ -31,17 +31,19 @@ struct Near {
 /// The points as separate arrays, which distances to all of them are quickly taken from.
 class Surround {
  public:
-  explicit Surround(std::span<const Vector3f> position) : distance2_(position.size()) {
+  explicit Surround(std::span<const Vector3f> position) {
     for (int k = 0; k < 3; ++k)
       for (const Vector3f& p : position) place_[k].push_back(p[k]);
   }
 
   // The `size` nearest, sorted; of equally near ones the first. Few points come nearer than the last so far.
-  std::vector<Near> nearest_to(const Vector3f& center, int size) {
+  // `scratch` grows to one number per point.
+  std::vector<Near> nearest_to(const Vector3f& center, int size, std::vector<float>& scratch) const {
     const float *x = place_[0].data(), *y = place_[1].data(), *z = place_[2].data();
     const float cx = center.x(), cy = center.y(), cz = center.z();
-    const std::size_t count = distance2_.size();
-    float* const distance2 = distance2_.data();
+    const std::size_t count = place_[0].size();
+    scratch.resize(count);
+    float* const distance2 = scratch.data();
     for (std::size_t i = 0; i < count; ++i) {
       const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
       distance2[i] = dx * dx + dy * dy + dz * dz;
@@ -57,7 +59,7 @@ class Surround {
   }
 
  private:
-  std::vector<float> place_[3], distance2_;
+  std::vector<float> place_[3];
 };
 
 CurveCube cube_around(std::span<const Vector3f> position) {
@@ -81,19 +83,30 @@ std::vector<int> order_along(const std::vector<CurveCell>& cell, Code code) {
 
 }  // namespace
 
-PointGroups group_points(std::span<const Vector3f> position, int groups, int size) {
+void on_this_thread(int count, const std::function<void(int first, int last)>& part) { part(0, count); }
+
+PointGroups group_points(std::span<const Vector3f> position, int groups, int size,
+                         const OverParts& over_parts) {
   const int n = static_cast<int>(position.size());
   if (groups < 1 || size < 1 || groups > n || size > n)
     throw std::invalid_argument("point groups: " + std::to_string(groups) + " groups of " +
                                 std::to_string(size) + " wanted from " + std::to_string(n) + " points");
   PointGroups out;
   out.center = farthest_points({.position = position}, groups, lowest(position));
-  Surround surround(position);
-  for (const int c : out.center) {
-    const std::vector<Near> nearest = surround.nearest_to(position[static_cast<std::size_t>(c)], size);
-    for (const Near& near : nearest) out.neighbour.push_back(near.index);
-    out.reach_m += std::sqrt(nearest.back().distance2) / static_cast<float>(groups);
-  }
+  const Surround surround(position);
+  out.neighbour.resize(static_cast<std::size_t>(groups) * static_cast<std::size_t>(size));
+  std::vector<float> reach_m(out.center.size());
+  over_parts(groups, [&](int first, int last) {
+    std::vector<float> scratch;
+    for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(last); ++g) {
+      const auto nearest =
+          surround.nearest_to(position[static_cast<std::size_t>(out.center[g])], size, scratch);
+      reach_m[g] = std::sqrt(nearest.back().distance2) / static_cast<float>(groups);
+      for (std::size_t j = 0; j < nearest.size(); ++j)
+        out.neighbour[g * nearest.size() + j] = nearest[j].index;
+    }
+  });
+  for (const float reach : reach_m) out.reach_m += reach;
 
   const CurveCube cube = cube_around(position);
   std::vector<CurveCell> cell;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,9 +17,14 @@ struct PointGroups {
   float reach_m = 0;                    ///< mean distance from a centre to the farthest of its group
 };
 
+/// Runs its second argument over parts of 0 … count, perhaps on several threads at once.
+using OverParts = std::function<void(int count, const std::function<void(int first, int last)>&)>;
+void on_this_thread(int count, const std::function<void(int first, int last)>& part);
+
 /// Any thread. The groups do not depend on the order of the points, unless distances are equal to the bit:
 /// the first centre is the point of the lowest x, then y, then z. Throws std::invalid_argument where there
 /// are fewer points than `groups` or `size`, or a position is not finite.
-PointGroups group_points(std::span<const Eigen::Vector3f> position, int groups, int size);
+PointGroups group_points(std::span<const Eigen::Vector3f> position, int groups, int size,
+                         const OverParts& over_parts = on_this_thread);
 
 }  // namespace flowscope

@@ -77,6 +77,17 @@ TEST(PointGroups, HoldTheNearestPointsOfFarthestCentres) {
   }
 }
 
+TEST(PointGroups, AreTheSameWhereTheyAreFoundInParts) {
+  const auto points = cloud(90, 8);
+  const PointGroups whole = group_points(points, 21, 5);
+  const PointGroups parts = group_points(points, 21, 5, [](int count, const auto& part) {
+    for (int first = count - 1; first >= 0; first -= 4) part(std::max(0, first - 3), first + 1);
+  });
+  EXPECT_EQ(parts.neighbour, whole.neighbour);
+  EXPECT_EQ(parts.center, whole.center);
+  EXPECT_EQ(parts.reach_m, whole.reach_m);
+}
+
 TEST(PointGroups, AreReadAlongBothCurves) {
   const auto points = cloud(200, 4);
   const PointGroups g = group_points(points, 50, 4);
