@@ -210,7 +210,6 @@ AblationTable table_ours(const TableChoice& choice) {
   without("recolouring all together", &AblationVariant::recolor);
   without("repainting part by part", &AblationVariant::repaint);
   without("moving things about", &AblationVariant::shuffle);
-  without("nudging the hand", &AblationVariant::nudge);
   AblationVariant cropped;
   cropped.crop = true;
   entries.push_back({"with pictures resized and cropped", {cropped, steps}});

@@ -63,7 +63,6 @@ TrainOptions train_options_of(const AblationVariant& variant, const AblationBudg
   options.augment.repaint = variant.repaint;
   options.augment.shuffle = variant.shuffle;
   options.augment.crop = variant.crop;
-  options.augment.nudge = variant.nudge;
   return options;
 }
 

@@ -17,7 +17,7 @@ struct AblationVariant {
   bool grounded = true;            ///< false: velocity straight from the action token, the paper's form
   bool binding = true;             ///< points know how well they match each word
   // Augmentations (policy/augmentation.h).
-  bool move = true, recolor = true, repaint = true, shuffle = true, crop = false, nudge = true;
+  bool move = true, recolor = true, repaint = true, shuffle = true, crop = false;
   auto operator<=>(const AblationVariant&) const = default;
 };
 
@@ -35,7 +35,6 @@ void visit_variant(Variant& v, Visitor&& field) {
   field("repaint", v.repaint);
   field("shuffle", v.shuffle);
   field("crop", v.crop);
-  field("nudge", v.nudge);
 }
 
 /// What differs from the full policy, fit for a file name: "full", "radius=off,objective=ddim", ….

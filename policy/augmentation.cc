@@ -8,13 +8,12 @@
 namespace flowscope {
 namespace {
 
-constexpr std::array<std::pair<const char*, bool Augmentation::*>, 6> kinds{
+constexpr std::array<std::pair<const char*, bool Augmentation::*>, 5> kinds{
     {{"move", &Augmentation::move},
      {"recolor", &Augmentation::recolor},
      {"repaint", &Augmentation::repaint},
      {"shuffle", &Augmentation::shuffle},
-     {"crop", &Augmentation::crop},
-     {"nudge", &Augmentation::nudge}}};
+     {"crop", &Augmentation::crop}}};
 
 }  // namespace
 
@@ -30,7 +29,7 @@ Augmentation augmentation_of(const std::string& names) {
       if (name == kind) out.*member = known = true;
     if (!known)
       throw std::invalid_argument("augmentation '" + name +
-                                  "' is none of move, recolor, repaint, shuffle, crop, nudge, none, default");
+                                  "' is none of move, recolor, repaint, shuffle, crop, none, default");
   }
   return out;
 }

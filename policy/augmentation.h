@@ -12,15 +12,14 @@ struct Augmentation {
   bool crop = false;    ///< the paper's: pictures and XYZ maps resized and cropped together (picture_crop.h)
   bool repaint = true;  ///< mostly instead of recolor: each like-coloured part a colour of its own,
                         ///< and words with theirs (recolor.h)
-  bool nudge = true;    ///< the free hand and what it holds a little elsewhere, the target where it was
 
-  static Augmentation none() { return {false, false, false, false, false, false}; }
-  bool any() const { return move || recolor || repaint || shuffle || crop || nudge; }
+  static Augmentation none() { return {false, false, false, false, false}; }
+  bool any() const { return move || recolor || repaint || shuffle || crop; }
   bool operator==(const Augmentation&) const = default;
 };
 
-/// "default", "none", or names from move, recolor, repaint, shuffle, crop, nudge with commas between them.
-/// Throws std::invalid_argument naming the one that is none of them.
+/// "default", "none", or names from move, recolor, repaint, shuffle, crop with commas between them. Throws
+/// std::invalid_argument naming the one that is none of them.
 Augmentation augmentation_of(const std::string& names);
 /// The other way: "none" or the names.
 std::string names_of(const Augmentation& augmentation);

@@ -51,7 +51,6 @@ void visit_later(Model& m, Progress& p, Field&& field) {
   field("augment_repaint", p.options.augment.repaint);
   field("augment_shuffle", p.options.augment.shuffle);
   field("augment_crop", p.options.augment.crop);
-  field("augment_nudge", p.options.augment.nudge);
   field("loss_flow", p.status.loss_flow);
   field("loss_open", p.status.loss_open);
   field("loss_position", p.status.loss_position);

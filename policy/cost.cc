@@ -125,7 +125,7 @@ class Costs {
   /// grounding.h with `points` to choose from, `region` of which differ from step to step.
   Count grounding(Count points, Count region) const {
     const Count heads = s_.heads, keys = heads * key_size, basis = 3 + directions_per_head * heads;
-    const Count layers = 2 * c_ * keys + c_ * c_ + c_ * (heads + 1 + 3 * basis + 9);
+    const Count layers = 2 * c_ * keys + c_ * c_ + c_ * (heads + 3 * basis + 9);
     const Count scores = points * c_ * heads + heads * words_ * region;
     const Count means = heads * points * (3 + 3 + 4 + 1) + heads * 3;
     return layers + scores + means + 3 * basis * 3;

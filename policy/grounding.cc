@@ -57,7 +57,7 @@ GroundingImpl::GroundingImpl(int channels, int heads)
       key_(register_module("key", torch::nn::Linear(channels, key_size_ * heads))),
       word_key_(register_module("word_key", torch::nn::Linear(channels, key_size_ * heads))),
       word_query_(register_module("word_query", torch::nn::Linear(channels, key_size_ * heads))),
-      mix_(register_module("mix", torch::nn::Linear(channels, heads + 1))),
+      mix_(register_module("mix", torch::nn::Linear(channels, heads))),
       read_(register_module("read", torch::nn::Linear(channels, 3 * (3 + per_head * heads) + 9))),
       query_(register_module("query", Mlp(channels, channels, key_size_ * heads))) {
   const torch::NoGradGuard no_grad;
@@ -86,7 +86,7 @@ torch::Tensor GroundingImpl::penalty(const torch::Tensor& sought, const torch::T
 }
 
 GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const std::vector<Points>& parts,
-                                             const Tool& tool, const PositionScale& scale) {
+                                             const torch::Tensor& tool_axes, const PositionScale& scale) {
   const std::int64_t batch = action.size(0);
   // query · (K token + b) as (Kᵀ query) · token: no key of a point is built, and what b adds to all points of
   // a head is nothing to the softmax.
@@ -99,14 +99,13 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
   const torch::Tensor pointed = read_places(weights, parts);                // [B, H, 10]
   const torch::Tensor anchors = pointed.narrow(2, 0, 3), normals = pointed.narrow(2, 3, 3),
                       moments = pointed.narrow(2, 6, 4);
-  const torch::Tensor mix = torch::softmax(mix_(action), -1).unsqueeze(1);  // [B, 1, H + 1], the tool last
-  const torch::Tensor of_heads = mix.narrow(2, 0, heads_), of_tool = mix.select(2, heads_);
-  const torch::Tensor base = torch::bmm(of_heads, anchors).squeeze(1) + of_tool * tool.position;
+  const torch::Tensor mix = torch::softmax(mix_(action), -1).unsqueeze(1);  // [B, 1, H]
+  const torch::Tensor base = torch::bmm(mix, anchors).squeeze(1);
 
   const torch::Tensor differences = anchors - base.unsqueeze(1);
   const torch::Tensor directions = differences / (differences.norm(2, -1, true) + 0.02);
-  std::vector<torch::Tensor> basis_parts{tool.axes};
-  const torch::Tensor tool_x = tool.axes.select(1, 0);
+  std::vector<torch::Tensor> basis_parts{tool_axes};
+  const torch::Tensor tool_x = tool_axes.select(1, 0);
   const auto yaw = [&](int n, double offset) {
     return symmetric_yaw(moments.narrow(2, n == 4 ? 0 : 2, 2), tool_x, n, offset);
   };
@@ -125,11 +124,8 @@ GroundingImpl::Result GroundingImpl::forward(const torch::Tensor& action, const 
   const torch::Tensor position = base + offset_unit_m * vectors.select(1, 0);
   const torch::Tensor normalised =
       (position - as_tensor(scale.center, position)) / as_tensor(scale.half, position);
-  const torch::Tensor on_points = torch::bmm(of_heads, weights).squeeze(1);
   return {torch::cat({normalised, vectors.select(1, 1), vectors.select(1, 2)}, -1),
-          torch::cat({on_points.narrow(1, 0, on_points.size(1) - 1),
-                      on_points.narrow(1, on_points.size(1) - 1, 1) + of_tool},
-                     1)};
+          torch::bmm(mix, weights).squeeze(1)};
 }
 
 }  // namespace flowscope

@@ -12,10 +12,9 @@ namespace flowscope {
 
 /// Each head h points at a place a_h = Σ_i w_hi q_i of the cloud (region, semantic and past tool positions),
 /// after choosing the word that it looks for: c_h = softmax over words, w_h = softmax_i(query_h · key_i - Σ_w
-/// c_hw mismatch_iw). Position: Σ_h γ_h a_h + γ_0 tool + Σ_b β_b e_b + offset, tool where the gripper is now.
-/// Rotation columns: Σ_b α_b e_b + constants. The directions e_b turn with the scene (tool axes, differences
-/// of anchors, pointed-at normals, yaws of squares and bars), so a yaw that was learned at one place holds at
-/// every other.
+/// c_hw mismatch_iw). Position: Σ_h γ_h a_h + Σ_b β_b e_b + offset. Rotation columns: Σ_b α_b e_b +
+/// constants. The directions e_b turn with the scene (tool axes, differences of anchors, pointed-at normals,
+/// yaws of squares and bars), so a yaw that was learned at one place holds at every other.
 class GroundingImpl : public torch::nn::Module {
  public:
   GroundingImpl(int channels, int heads);
@@ -41,14 +40,9 @@ class GroundingImpl : public torch::nn::Module {
   /// Σ_w c_hw mismatch_iw as [R, H, P], of sought [R, H, W] and mismatch [R, P, W]: how far each point's
   /// colour is from the word's.
   static torch::Tensor penalty(const torch::Tensor& sought, const torch::Tensor& mismatch);
-  /// The gripper now, one row per draw.
-  struct Tool {
-    torch::Tensor position;  ///< [B, 3] metres, world; the last point of the last part stands there
-    torch::Tensor axes;      ///< [B, 3, 3] rows: x, y, z axis, world
-  };
-  /// action [B, C].
-  Result forward(const torch::Tensor& action, const std::vector<Points>& parts, const Tool& tool,
-                 const PositionScale& scale);
+  /// action [B, C]; tool_axes [B, 3, 3] rows are axes.
+  Result forward(const torch::Tensor& action, const std::vector<Points>& parts,
+                 const torch::Tensor& tool_axes, const PositionScale& scale);
 
  private:
   int heads_, key_size_ = 16;

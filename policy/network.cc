@@ -231,9 +231,8 @@ NetworkOutput FlowRamNetworkImpl::forward(const SceneMemory& memory, const DrawB
     out.action = plain_velocity_->forward(action);
     return out;
   }
-  const GroundingImpl::Tool tool{per_draw(m.history_position.select(1, history_length - 1), draws),
-                                 per_draw(m.tool_axes, draws)};
-  const auto result = grounding_->forward(action, points_of(m, fused, geometry, draws), tool, scale);
+  const auto result =
+      grounding_->forward(action, points_of(m, fused, geometry, draws), per_draw(m.tool_axes, draws), scale);
   out.action = result.end_point;
   out.weights = result.weights;
   out.weight_position = torch::cat(

@@ -81,32 +81,6 @@ void move_things(PreparedScene& scene, GripperAction& target, const Pose& tool, 
   target.world_from_tool = poses[static_cast<std::size_t>(about)] * target.world_from_tool;
 }
 
-// A motion ends a little beside its goal and the next one must still find its own: without this a network
-// learns to trust the hand's place where a demonstration always had it right. Where the hand touches what the
-// target is about, the two belong together and stay.
-void nudge_hand(PreparedScene& scene, Pose& tool, const GripperAction& target, Random& random) {
-  constexpr double how_often = 0.7, shift_m = 0.03, lift_m = 0.02, turn_rad = 0.2;
-  if (random.uniform() > how_often) return;
-  std::vector<Eigen::Vector3f> position;
-  for (const ScenePoint& p : scene.points) position.push_back(p.position);
-  const Eigen::Vector3f place = target.world_from_tool.position.cast<float>();
-  if (thing_at(position, scene.thing, scene.plane_z, place) < 0) return;
-  const auto held = held_things(position, scene.thing, scene.plane_z, tool.position.cast<float>());
-  if (!held) return;
-  const double size = random.uniform();
-  double yaw_rad = size * random.uniform(-turn_rad, turn_rad);
-  if (!turn_stays_nearest(target.world_from_tool, tool, -yaw_rad)) yaw_rad = 0;
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  const Eigen::Vector3d shift(size * random.uniform(-shift_m, shift_m),
-                              size * random.uniform(-shift_m, shift_m),
-                              size * random.uniform(-lift_m, lift_m));
-  const Pose nudged_from_world{tool.position + shift - turn * tool.position, turn};
-  for (std::size_t i = 0; i < scene.points.size(); ++i)
-    if (scene.thing[i] >= 0 && (*held)[static_cast<std::size_t>(scene.thing[i])])
-      move_point(scene.points[i], nudged_from_world, yaw_rad);
-  tool = nudged_from_world * tool;
-}
-
 // Which points were measured is chance: a network that always sees the same ones knows the demonstration by
 // them.
 void drop_points(PreparedScene& scene, Random& random) {
@@ -210,7 +184,7 @@ std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const Networ
 
 Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random,
                const Augmentation& kinds) {
-  if (!kinds.move && !kinds.recolor && !kinds.repaint && !kinds.shuffle && !kinds.nudge) return sample;
+  if (!kinds.move && !kinds.recolor && !kinds.repaint && !kinds.shuffle) return sample;
   Sample out = sample;
   auto scene = std::make_shared<PreparedScene>(*sample.input.scene);
   const Move move = kinds.move ? random_move(rates, center, random) : Move{};
@@ -222,7 +196,6 @@ Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vecto
   if (!scene->pictures) change_colors(*scene, out.input.words, kinds, random);
   if (kinds.shuffle && random.uniform() < rates.shuffle)
     move_things(*scene, out.target, sample.input.history.back().world_from_tool, rates.shuffle_m, random);
-  if (kinds.nudge) nudge_hand(*scene, out.input.history.back().world_from_tool, out.target, random);
   drop_points(*scene, random);
   move_points(*scene, move, rates.jitter_m, random);
   for (RobotState& r : out.input.history) r.world_from_tool = move.moved_from_world * r.world_from_tool;

@@ -50,9 +50,8 @@ std::vector<Sample> samples_of(const Demo& demo, const Box& bounds, const Networ
 /// The same keyframe, changed. `kinds.move`: scene, history and target turned about world z and shifted
 /// together, `center` being the turning point; `recolor`: colours of points, patches and colour words turned
 /// about the grey axis together; `repaint`: part by part (recolor.h); `shuffle`: things on the table moved
-/// about, the target with the thing that it is about; `nudge`: the hand and what it holds shifted by up to 3
-/// cm and turned by up to 0.2 rad, unless it touches something that stands on the plane. With any of them
-/// also another phrasing, jittered points, blurred joints and past poses.
+/// about, the target with the thing that it is about. With any of them also another phrasing, jittered
+/// points, blurred joints and past poses.
 Sample augment(const Sample& sample, const TrainRates& rates, const Eigen::Vector3d& center, Random& random,
                const Augmentation& kinds = {});
 

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float link_m = 0.025f, gap_m = 0.03f, reach_m = 0.10f, largest_m = 0.7f, arm_m = 0.5f,
-                about_m = 0.15f, touch_m = 0.04f, stands_m = 0.03f, largest_turn_rad = 0.44f;
+                about_m = 0.15f, stands_m = 0.03f, largest_turn_rad = 0.44f;
 constexpr int attempts = 8, fewest_points = 5;
 
 struct Extent {
@@ -112,22 +112,6 @@ std::vector<ThingMove> shuffle_things(const std::vector<Vector3f>& position, con
     }
   }
   return moves;
-}
-
-std::optional<std::vector<char>> held_things(const std::vector<Vector3f>& position,
-                                             const std::vector<int>& thing, float plane_z,
-                                             const Vector3f& tool) {
-  const std::vector<Extent> all = extents(position, thing, tool);
-  std::vector<char> held(all.size());
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    if (thing[i] < 0) continue;
-    const auto id = static_cast<std::size_t>(thing[i]);
-    const bool stands = all[id].low.z() <= plane_z + stands_m;
-    const float d = (position[i] - tool).norm();
-    if (stands && d < touch_m) return std::nullopt;
-    if (!stands && d < about_m) held[id] = 1;
-  }
-  return held;
 }
 
 int thing_at(const std::vector<Vector3f>& position, const std::vector<int>& thing, float plane_z,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "policy/random.h"
@@ -25,13 +24,6 @@ struct ThingMove {
 std::vector<ThingMove> shuffle_things(const std::vector<Eigen::Vector3f>& position,
                                       const std::vector<int>& thing, float plane_z,
                                       const Eigen::Vector3f& tool, float range_m, Random& random);
-
-/// The groups that hang from a gripper at `tool`, one char per group: those with a point within 15 cm that do
-/// not stand on the plane. Nothing where a group that stands there has a point within 4 cm: it is being
-/// touched.
-std::optional<std::vector<char>> held_things(const std::vector<Eigen::Vector3f>& position,
-                                             const std::vector<int>& thing, float plane_z,
-                                             const Eigen::Vector3f& tool);
 
 /// The group that a gripper at `place` is about: of those that stand on the plane the one horizontally
 /// nearest, within 15 cm (it may wait in front of a handle or above a peg); -1: none.

@@ -148,11 +148,9 @@ TEST(Augmentation, EveryKindDoesItsOwnAndNoOther) {
 TEST(Augmentation, IsNamed) {
   EXPECT_EQ(augmentation_of("default"), Augmentation{});
   EXPECT_EQ(augmentation_of("none"), Augmentation::none());
-  EXPECT_EQ(
-      augmentation_of("crop,move"),
-      (Augmentation{
-          .move = true, .recolor = false, .shuffle = false, .crop = true, .repaint = false, .nudge = false}));
-  for (const char* names : {"none", "move,recolor,repaint,shuffle,crop,nudge", "recolor"})
+  EXPECT_EQ(augmentation_of("crop,move"),
+            (Augmentation{.move = true, .recolor = false, .shuffle = false, .crop = true, .repaint = false}));
+  for (const char* names : {"none", "move,recolor,repaint,shuffle,crop", "recolor"})
     EXPECT_EQ(names_of(augmentation_of(names)), names);
   for (const char* names : {"", "moves", "move,,crop", "move recolor"})
     EXPECT_THROW(augmentation_of(names), std::invalid_argument) << names;

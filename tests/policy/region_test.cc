@@ -166,8 +166,7 @@ TEST(Augmentation, MovesSceneHistoryAndTargetTogether) {
   rates.jitter_m = 0;
   Random random(11);
   Augmentation kinds;
-  kinds.shuffle = kinds.repaint = kinds.nudge =
-      false;  // they move and paint parts of the scene, not all of it
+  kinds.shuffle = kinds.repaint = false;  // they move and paint parts of the scene, not all of it
   const Sample moved = augment(sample, rates, {0.25, 0, 0.8}, random, kinds);
   const Pose change = moved.target.world_from_tool * sample.target.world_from_tool.inverse();
   EXPECT_GT(change.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.01);
@@ -193,72 +192,6 @@ TEST(Augmentation, MovesSceneHistoryAndTargetTogether) {
     return -1.f;
   };
   for (std::size_t i = 0; i < 50; ++i) EXPECT_NEAR(distance(sample, source[i]), distance(moved, i), 1e-5);
-}
-
-/// A block of 4 cm on the plane z = 0.75 (thing 0) and a plate in the air (thing 1).
-Sample block_and_plate(const Eigen::Vector3f& plate) {
-  auto scene = std::make_shared<PreparedScene>();
-  for (int i = -2; i <= 2; ++i) {
-    for (int j = -2; j <= 2; ++j) {
-      const float x = 0.01f * static_cast<float>(i), y = 0.01f * static_cast<float>(j);
-      for (const auto& [p, thing] : {std::pair{Eigen::Vector3f(0.3f + x, y, 0.75f), 0},
-                                     {Eigen::Vector3f(0.3f + x, y, 0.79f), 0},
-                                     {Eigen::Vector3f(plate + Eigen::Vector3f(x, y, 0)), 1}}) {
-        ScenePoint point;
-        point.position = point.around.middle = p;
-        point.color = {0.5f, 0.5f, 0.5f};
-        point.normal = Eigen::Vector3f::UnitZ();
-        scene->points.push_back(point);
-        scene->thing.push_back(thing);
-        scene->part.push_back(thing);
-      }
-    }
-  }
-  scene->plane_z = 0.75f;
-  Sample sample;
-  sample.input.scene = scene;
-  sample.phrasings = {{}};
-  sample.target.world_from_tool.position = {0.3, 0, 0.8};
-  for (RobotState& r : sample.input.history) r.world_from_tool.position = plate.cast<double>();
-  return sample;
-}
-
-TEST(Augmentation, NudgesTheFreeHandWithWhatItHoldsAndNothingElse) {
-  Augmentation kinds = Augmentation::none();
-  kinds.nudge = true;
-  TrainRates rates;
-  rates.jitter_m = 0;
-  const auto places = [](const PreparedScene& scene, int thing) {
-    std::vector<Eigen::Vector3d> out;
-    for (std::size_t i = 0; i < scene.points.size(); ++i)
-      if (scene.thing[i] == thing) out.push_back(scene.points[i].position.cast<double>());
-    return out;
-  };
-  const auto among = [](const Eigen::Vector3d& p, const std::vector<Eigen::Vector3d>& all) {
-    return std::ranges::any_of(all, [&p](const Eigen::Vector3d& o) { return (p - o).norm() < 1e-6; });
-  };
-  const Sample free = block_and_plate({0.28f, 0.02f, 0.9f}), touching = block_and_plate({0.3f, 0, 0.8f});
-  int nudged = 0;
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
-    Random random(seed);
-    const Sample after = augment(free, rates, {0.25, 0, 0.8}, random, kinds);
-    const Pose tool = free.input.history.back().world_from_tool,
-               now = after.input.history.back().world_from_tool;
-    const Pose change = now * tool.inverse();
-    EXPECT_LT(position_error_m(now, tool), 0.05);
-    nudged += position_error_m(now, tool) > 1e-4;
-    EXPECT_EQ(after.target.world_from_tool.position, free.target.world_from_tool.position);
-    const auto block = places(*free.input.scene, 0);
-    for (const auto& p : places(*after.input.scene, 0)) EXPECT_TRUE(among(p, block));
-    std::vector<Eigen::Vector3d> held;
-    for (const auto& p : places(*free.input.scene, 1)) held.push_back(change * p);
-    for (const auto& p : places(*after.input.scene, 1)) EXPECT_TRUE(among(p, held));
-    const Sample same = augment(touching, rates, {0.25, 0, 0.8}, random, kinds);
-    EXPECT_EQ(same.input.history.back().world_from_tool.position,
-              touching.input.history.back().world_from_tool.position);
-  }
-  EXPECT_GT(nudged, 15);
-  EXPECT_LT(nudged, 40) << "the exact hand is seen as well";
 }
 
 }  // namespace

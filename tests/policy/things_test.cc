@@ -221,16 +221,6 @@ TEST(Things, FindNoneWhereAPointIsNotFinite) {
   EXPECT_THROW(find_things({{0, 0, std::numeric_limits<float>::infinity()}}, {0}), std::invalid_argument);
 }
 
-TEST(Things, HangFromTheHandUnlessItTouchesWhatStands) {
-  const std::vector<Vector3f> position{
-      {0.3f, 0, 0.75f}, {0.3f, 0, 0.85f}, {0.3f, 0.02f, 0.95f}, {0, 0.3f, 1.2f}};
-  const std::vector<int> thing{0, 0, 1, 2};
-  const auto held = held_things(position, thing, 0.75f, {0.3f, 0, 0.93f});
-  ASSERT_TRUE(held);
-  EXPECT_EQ(*held, (std::vector<char>{0, 1, 0})) << "one stands, one hangs, one is far away";
-  EXPECT_FALSE(held_things(position, thing, 0.75f, {0.3f, 0, 0.88f})) << "the tool is 3 cm from what stands";
-}
-
 TEST(Things, AreShiftedApartButNotUnderTheTool) {
   const Tabletop t = two_rings();
   Random random(5);

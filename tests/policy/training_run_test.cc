@@ -183,7 +183,7 @@ TEST(TrainingRun, ReadsAFileFromBeforeThereWereKindsOfAugmentation) {
     Container container = read_container(file);
     auto header = nlohmann::json::parse(container.text.at("policy"));
     for (const char* key : {"augment_move", "augment_recolor", "augment_repaint", "augment_shuffle",
-                            "augment_crop", "augment_nudge", "times", "binding", "loss_position", "skipped"})
+                            "augment_crop", "times", "binding", "loss_position", "skipped"})
       header.erase(key);
     header["augment"] = before;
     container.text.at("policy") = header.dump();
