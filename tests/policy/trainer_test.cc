@@ -190,7 +190,7 @@ TEST(Trainer, OverfitsOneDemonstration) {
   TrainOptions options;
   options.preset = "nano";
   options.augment = Augmentation::none();
-  options.expected_steps = 1200;
+  options.expected_steps = 2400;
   auto trainer = Trainer::create(options);
   trainer->add(demo());
   for (int i = 0; i < options.expected_steps; ++i) trainer->step();
