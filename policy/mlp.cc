@@ -2,6 +2,7 @@
 
 #include <ATen/Parallel.h>
 
+#include "policy/flush_denormals.h"
 #include "policy/packed_layer.h"
 #include "policy/token_kernels.h"
 
@@ -30,6 +31,7 @@ torch::Tensor MlpImpl::run_fused(const torch::Tensor& x) const {
   const float* const read = from.data_ptr<float>();
   float* const write = y.data_ptr<float>();
   at::parallel_for(0, y.numel() / out, kRows, [&](std::int64_t begin, std::int64_t end) {
+    const FlushDenormals flush;
     AlignedFloats h;
     h.reserve(kRows * channels);
     for (std::int64_t row = begin; row < end; row += kRows) {

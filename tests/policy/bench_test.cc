@@ -21,8 +21,9 @@ std::map<std::string, BenchResult> by_name(const std::vector<BenchResult>& resul
 
 TEST(Bench, MeasuresAPredictionEveryWay) {
   auto results = by_name(bench_infer({.preset = "nano", .flow_steps = 2, .repeats = 1}));
-  for (const char* name : {"infer_2_steps", "infer_products", "infer_over_products", "infer_operators",
-                           "infer_full_evaluation", "infer_further_step", "predict_2_steps", "infer_plain"}) {
+  for (const char* name :
+       {"infer_2_steps", "infer_products", "infer_over_products", "infer_operators", "infer_full_evaluation",
+        "infer_further_step", "predict_2_steps", "predict_1_step", "predict_further_step", "infer_plain"}) {
     EXPECT_EQ(results.count(name), 1u) << name;
   }
   EXPECT_NEAR(results["infer_over_products"].value,

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "policy/fused_groups.h"
+#include "policy/mlp.h"
 
 namespace flowscope {
 namespace {
@@ -117,6 +118,28 @@ TEST_P(FusedTokens, EqualTorchsOnEveryInstructionSetAndForAnyThreadCount) {
 INSTANTIATE_TEST_SUITE_P(Kinds, FusedTokens,
                          testing::Values(TokenCase{true, false, 300, 53}, TokenCase{true, true, 131, 7},
                                          TokenCase{false, true, 17, 5}, TokenCase{true, false, 1, 3}));
+
+TEST(FusedMlp, EqualsTorchsForAnyShapeAndThreadCount) {
+  torch::manual_seed(9);
+  Mlp mlp(7, 24, 5);
+  const int threads = at::get_num_threads();
+  for (const auto& shape : {std::vector<std::int64_t>{7}, {1, 7}, {3, 300, 7}}) {
+    const torch::Tensor x = torch::randn(shape);
+    const torch::Tensor exact = mlp(x).detach();  // with gradients: torch's operators
+    const torch::NoGradGuard no_grad;
+    torch::Tensor first;
+    for (const int count : {1, 2}) {
+      at::set_num_threads(count);
+      const torch::Tensor mine = mlp(x);
+      ASSERT_EQ(mine.sizes(), exact.sizes());
+      EXPECT_FALSE(torch::equal(mine, exact)) << "not the kernels' rounding: was it run by torch?";
+      EXPECT_LT(distance(mine, exact), 1e-5);
+      if (!first.defined()) first = mine;
+      EXPECT_TRUE(torch::equal(first, mine));
+    }
+    at::set_num_threads(threads);
+  }
+}
 
 TEST(FusedGroups, EqualThePlainLoopOnEveryInstructionSet) {
   const torch::NoGradGuard no_grad;
