@@ -56,8 +56,11 @@ Json to_json(const AblationRun& r) {
 
 AblationRun run_of(const Json& json) {
   AblationRun r;
-  visit_variant(r.variant,
-                [&json](const char* name, auto& value) { json.at("variant").at(name).get_to(value); });
+  const Json& variant = json.at("variant");
+  r.variant.part_middles = false;  // files older than this part do not name it
+  visit_variant(r.variant, [&variant](const char* name, auto& value) {
+    if (std::string_view(name) != "part_middles" || variant.contains(name)) variant.at(name).get_to(value);
+  });
   r.seed = json.at("seed");
   r.policy = json.at("policy");
   r.steps = json.at("steps");

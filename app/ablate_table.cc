@@ -206,6 +206,7 @@ AblationTable table_ours(const TableChoice& choice) {
   };
   without("grounding (velocity from the action token)", &AblationVariant::grounded);
   without("binding of words and points", &AblationVariant::binding);
+  without("one middle per part (mean shift at each point)", &AblationVariant::part_middles);
   without("rotations and shifts", &AblationVariant::move);
   without("recolouring all together", &AblationVariant::recolor);
   without("repainting part by part", &AblationVariant::repaint);

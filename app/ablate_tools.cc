@@ -58,6 +58,7 @@ TrainOptions train_options_of(const AblationVariant& variant, const AblationBudg
   options.objective = variant.objective;
   options.grounded = variant.grounded;
   options.binding = variant.binding;
+  options.part_middles = variant.part_middles;
   options.augment.move = variant.move;
   options.augment.recolor = variant.recolor;
   options.augment.repaint = variant.repaint;

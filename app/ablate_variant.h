@@ -16,6 +16,7 @@ struct AblationVariant {
   std::string objective = "cfm";   ///< cfm, ddim, ddpm
   bool grounded = true;            ///< false: velocity straight from the action token, the paper's form
   bool binding = true;             ///< points know how well they match each word
+  bool part_middles = true;        ///< small parts have one middle, their outline's
   // Augmentations (policy/augmentation.h).
   bool move = true, recolor = true, repaint = true, shuffle = true, crop = false;
   auto operator<=>(const AblationVariant&) const = default;
@@ -30,6 +31,7 @@ void visit_variant(Variant& v, Visitor&& field) {
   field("objective", v.objective);
   field("grounded", v.grounded);
   field("binding", v.binding);
+  field("part_middles", v.part_middles);
   field("move", v.move);
   field("recolor", v.recolor);
   field("repaint", v.repaint);

@@ -24,7 +24,7 @@ struct TrainCall {
   std::int64_t steps = 0;
   double minutes = 0;
   bool resume = false, paper_form = false, no_augment = false;
-  std::string point_encoder = "on", binding = "on", augment = "default";
+  std::string point_encoder = "on", binding = "on", part_middles = "on", augment = "default";
   TrainOptions options;
 };
 
@@ -55,6 +55,7 @@ TrainOptions options_of(const TrainCall& call) {
   options.augment = call.no_augment ? Augmentation::none() : augmentation_of(call.augment);
   options.point_encoder = call.point_encoder == "on";
   options.binding = call.binding == "on";
+  options.part_middles = call.part_middles == "on";
   return options;
 }
 
@@ -184,6 +185,8 @@ void add_method_options(CLI::App& command, TrainCall& call) {
   choice("--radius", call.options.radius, {"linear", "cosine", "off"}, "Dynamic Radius Schedule");
   choice("--point-encoder", call.point_encoder, switched, "Mamba point encoder");
   choice("--binding", call.binding, switched, "Points are compared with the words before anything is pooled");
+  choice("--part-middles", call.part_middles, switched,
+         "Small like-coloured parts have one middle, their outline's");
   command
       .add_option("--image-branch", call.options.image_branch,
                   "Features of the image tokens: patches (learnt here) or clip; without it the preset's")

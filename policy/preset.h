@@ -28,9 +28,10 @@ struct NetworkShape {
       false;  ///< one sequence [geometry, image, text, history, action] instead of the cached prefix
   bool stored_state = false;  ///< the cached prefix goes through every block, and each flow step runs on from
                               ///< its state; else only its history tokens stand before the geometry
-  bool binding = true;   ///< every point token sees how well it matches each word before anything is pooled
-  int point_groups = 0;  ///< PointMamba: groups of the point encoder; 0: it scans the points themselves
-  int group_size = 16;   ///< points per group
+  bool binding = true;  ///< every point token sees how well it matches each word before anything is pooled
+  bool part_middles = false;  ///< small like-coloured parts have one middle, their outline's (part_middles.h)
+  int point_groups = 0;       ///< PointMamba: groups of the point encoder; 0: it scans the points themselves
+  int group_size = 16;        ///< points per group
   std::string image_branch = "patches";  ///< patches: learnt here; clip: frozen ResNet-50 with a pyramid
   std::string text_branch = "words";     ///< words: learnt here; clip: its text transformer
   bool operator==(const NetworkShape&) const = default;

@@ -30,6 +30,7 @@ template <typename Shape, typename Visitor>
 void visit_later_shape(Shape& s, Visitor&& field) {
   field("stored_state", s.stored_state);
   field("binding", s.binding);
+  field("part_middles", s.part_middles);
   field("point_groups", s.point_groups);
   field("group_size", s.group_size);
   field("image_branch", s.image_branch);

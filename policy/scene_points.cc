@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "policy/farthest_points.h"
+#include "policy/part_middles.h"
 #include "policy/random.h"
 #include "policy/recolor.h"
 #include "policy/things.h"
@@ -206,10 +207,11 @@ PreparedScene prepare_scene(const Observation& observation, const Box& bounds, c
     color.push_back(p.color);
     on_plane.push_back(lies_on(scene.plane_z, p.position));
   }
-  const std::vector<Surroundings> around = find_surroundings(position, color, on_plane);
-  for (std::size_t i = 0; i < scene.points.size(); ++i) scene.points[i].around = around[i];
   scene.thing = find_things(position, on_plane);
   scene.part = find_parts(position, color, on_plane);
+  std::vector<Surroundings> around = find_surroundings(position, color, on_plane);
+  if (shape.part_middles) center_small_parts(position, scene.part, around);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) scene.points[i].around = around[i];
   return scene;
 }
 

@@ -204,6 +204,7 @@ std::unique_ptr<Trainer> Trainer::create(const TrainOptions& options,
   preset.shape.grounded = options.grounded;
   preset.shape.point_encoder = options.point_encoder;
   preset.shape.binding = options.binding;
+  preset.shape.part_middles = options.part_middles;
   preset.radius.kind = options.radius;
   if (!options.image_branch.empty()) preset.shape.image_branch = options.image_branch;
   if (!options.text_branch.empty()) preset.shape.text_branch = options.text_branch;

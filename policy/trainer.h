@@ -21,8 +21,9 @@ struct TrainOptions {
   std::string radius = "linear";
   std::string times;  ///< training times of flow matching; empty: the preset's
   bool point_encoder = true;
-  bool grounded = true;  ///< false: the paper's own form (velocity straight from the action token)
-  bool binding = true;   ///< every point sees how well it matches each word before anything is pooled
+  bool grounded = true;      ///< false: the paper's own form (velocity straight from the action token)
+  bool binding = true;       ///< every point sees how well it matches each word before anything is pooled
+  bool part_middles = true;  ///< small parts have one middle, their outline's
   Augmentation augment;
   std::string image_branch, text_branch;  ///< patches or clip, words or clip; empty: the preset's
   std::string clip;                       ///< file of CLIP's converted weights; empty: FLOWSCOPE_CLIP
