@@ -5,6 +5,7 @@
 #include <string>
 
 #include "policy/causal_conv.h"
+#include "policy/pointwise.h"
 #include "policy/selective_scan.h"
 
 namespace flowscope {
@@ -90,7 +91,7 @@ ScanArguments MambaBlockImpl::scan_arguments(const torch::Tensor& u, const torch
                                              const torch::Tensor& h0) {
   const std::int64_t d_state = options.d_state, dt_rank = dt_proj_->options.in_features();
   const auto parts = x_proj_->forward(u).split_with_sizes({dt_rank, d_state, d_state}, 2);
-  const torch::Tensor delta = torch::softplus(dt_proj_->forward(parts[0]));
+  const torch::Tensor delta = softplus_of(dt_proj_->forward(parts[0]));
   return {u, delta, -torch::exp(A_log_), parts[1], parts[2], D_, z, h0};
 }
 

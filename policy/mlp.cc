@@ -4,6 +4,7 @@
 
 #include "policy/flush_denormals.h"
 #include "policy/packed_layer.h"
+#include "policy/pointwise.h"
 #include "policy/token_kernels.h"
 
 namespace flowscope {
@@ -14,7 +15,7 @@ MlpImpl::MlpImpl(int in, int channels, int out)
 
 torch::Tensor MlpImpl::forward(const torch::Tensor& x) {
   if (path_ == ScanPath::fused && plain_arrays(x, first_->weight)) return run_fused(x);
-  return second_(torch::gelu(first_(x)));
+  return second_(gelu_of(first_(x)));
 }
 
 torch::Tensor MlpImpl::run_fused(const torch::Tensor& x) const {

@@ -10,6 +10,7 @@
 #include "policy/fused_groups.h"
 #include "policy/packed_layer.h"
 #include "policy/point_groups.h"
+#include "policy/pointwise.h"
 
 namespace flowscope {
 namespace {
@@ -109,8 +110,8 @@ torch::Tensor PointEncoderImpl::embed_groups(const torch::Tensor& tokens, const 
   const std::int64_t batch = tokens.size(0);
   torch::Tensor h = token_in_(tokens).flatten(0, 1).index_select(0, neighbour);
   h = h.view({batch, groups_, size_, channels_}).add_(place_in_(relative));
-  h = torch::gelu(h);
-  const torch::Tensor u = torch::gelu(inner_(h).add_(pooled_(greatest(h)).unsqueeze(2)));
+  h = gelu_of(h);
+  const torch::Tensor u = gelu_of(inner_(h).add_(pooled_(greatest(h)).unsqueeze(2)));
   return out_(greatest(u));
 }
 

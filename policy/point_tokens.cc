@@ -2,6 +2,7 @@
 
 #include "policy/fused_tokens.h"
 #include "policy/packed_layer.h"
+#include "policy/pointwise.h"
 
 namespace flowscope {
 namespace {
@@ -53,6 +54,12 @@ WordKeys PointTokensImpl::read_words(const torch::Tensor& words, const torch::Te
   return keys;
 }
 
+torch::Tensor PointTokensImpl::read_out(const torch::Tensor& h) {
+  auto* first = out_->ptr(1)->as<torch::nn::Linear>();
+  auto* second = out_->ptr(3)->as<torch::nn::Linear>();
+  return second->forward(gelu_of(first->forward(gelu_of(h))));
+}
+
 TokenWeights PointTokensImpl::weights() const {
   const auto* first = out_->ptr(1)->as<torch::nn::Linear>();
   const auto* second = out_->ptr(3)->as<torch::nn::Linear>();
@@ -78,8 +85,7 @@ BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch:
     return fused_tokens(weights(), features, color, w, extra);
   torch::Tensor h = in_(features);
   if (extra.defined()) h = h + extra;
-  if (!binding_)
-    return {out_->forward(h), torch::zeros({h.size(0), h.size(1), w.is_word.size(2)}, h.options())};
+  if (!binding_) return {read_out(h), torch::zeros({h.size(0), h.size(1), w.is_word.size(2)}, h.options())};
 
   const torch::Tensor width = log_width_.exp();
   const torch::Tensor color2 = distance2(color, w.color);
@@ -91,10 +97,10 @@ BoundTokens PointTokensImpl::forward(const torch::Tensor& features, const torch:
       (strictness[0] * color2.clamp_max(farthest2) + strictness[1] * hue2.clamp_max(farthest2)) * w.is_color;
   h = h + torch::bmm(near, w.sharp) + torch::bmm(near * alike, w.wide);
   const double scale = 1.0 / std::sqrt(static_cast<double>(h.size(-1)));
-  torch::Tensor scores = torch::bmm(query_(torch::gelu(h)), w.key.transpose(1, 2)) * scale;
+  torch::Tensor scores = torch::bmm(query_(gelu_of(h)), w.key.transpose(1, 2)) * scale;
   scores = scores.masked_fill(w.is_word < 0.5, -1e9);
   h = h + torch::bmm(torch::softmax(scores, -1), w.value);
-  return {out_->forward(h), mismatch};
+  return {read_out(h), mismatch};
 }
 
 }  // namespace flowscope

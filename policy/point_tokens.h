@@ -42,6 +42,7 @@ class PointTokensImpl : public torch::nn::Module {
 
  private:
   TokenWeights weights() const;
+  torch::Tensor read_out(const torch::Tensor& h);
 
   bool binding_;
   ScanPath path_ = ScanPath::fused;

@@ -7,12 +7,26 @@
 
 namespace flowscope {
 
-template <int W>
-void gelu_in_place(float* x, std::int64_t count) {
+template <int W, auto function>
+void each_number(const float* x, float* y, std::int64_t count) {
   using S = Simd<W>;
   for (std::int64_t i = 0; i < count; i += W) {
     const auto lanes = S::block_lanes(count, i);
-    S::store(x + i, S::gelu(S::load(x + i, lanes)), lanes);
+    S::store(y + i, function(S::load(x + i, lanes)), lanes);
+  }
+}
+
+template <int W>
+void gelu_in_place(float* x, std::int64_t count) {
+  each_number<W, Simd<W>::gelu>(x, x, count);
+}
+
+template <int W, auto slope>
+void each_gradient(const float* x, const float* dy, float* dx, std::int64_t count) {
+  using S = Simd<W>;
+  for (std::int64_t i = 0; i < count; i += W) {
+    const auto lanes = S::block_lanes(count, i);
+    S::store(dx + i, S::load(dy + i, lanes) * slope(S::load(x + i, lanes)), lanes);
   }
 }
 
@@ -139,6 +153,10 @@ template <int W>
 constexpr TokenKernels token_kernels_of_width(const char* name) {
   return {.name = name,
           .gelu = gelu_in_place<W>,
+          .gelu_of = each_number<W, Simd<W>::gelu>,
+          .gelu_gradient = each_gradient<W, Simd<W>::gelu_slope>,
+          .softplus_of = each_number<W, Simd<W>::softplus>,
+          .softplus_gradient = each_gradient<W, Simd<W>::sigmoid>,
           .members = gather_members<W>,
           .pooled = pool_members<W>,
           .likeness = color_likeness<W>,

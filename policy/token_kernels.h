@@ -1,4 +1,5 @@
-// The inner loops that make points into tokens, on plain arrays, once per instruction set. No torch here.
+// The inner loops that make points into tokens, and functions number by number, on plain arrays, once per
+// instruction set. No torch here.
 #pragma once
 
 #include <cstdint>
@@ -55,6 +56,11 @@ struct TokenKernels {
   const char* name;
   /// x [count] becomes gelu(x), in place.
   void (*gelu)(float* x, std::int64_t count);
+  /// y = function(x) or dx = dy function'(x), [count] each; for policy/pointwise.h.
+  void (*gelu_of)(const float* x, float* y, std::int64_t count);
+  void (*gelu_gradient)(const float* x, const float* dy, float* dx, std::int64_t count);
+  void (*softplus_of)(const float* x, float* y, std::int64_t count);
+  void (*softplus_gradient)(const float* x, const float* dy, float* dx, std::int64_t count);
   void (*members)(const MemberArguments&);
   void (*pooled)(const PooledArguments&);
   void (*likeness)(const LikenessArguments&);

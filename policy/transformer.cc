@@ -4,6 +4,7 @@
 #include <string>
 
 #include "policy/attention.h"
+#include "policy/pointwise.h"
 
 namespace flowscope {
 namespace {
@@ -52,8 +53,7 @@ class TransformerBlock : public torch::nn::Module {
               first ? qkv[2].contiguous() : torch::cat({memory.second, qkv[2]}, 2)};
     const torch::Tensor seen = attention(qkv[0], memory.first, memory.second);
     const torch::Tensor y = x + mix_->forward(seen.transpose(1, 2).reshape({batch, length, channels_}));
-    return y +
-           feed_out_->forward(torch::gelu(feed_in_->forward(normed(feed_norm_, y, adapted[2], adapted[3]))));
+    return y + feed_out_->forward(gelu_of(feed_in_->forward(normed(feed_norm_, y, adapted[2], adapted[3]))));
   }
 
  private:
