@@ -12,6 +12,7 @@ template <int W>
 class ProductBody {
   using S = Simd<W>;
   using Float = typename S::Float;
+  using Int = typename S::Int;
   using Lanes = typename S::Lanes;
   /// A tile's sums fill the registers: 8 x 3 of AVX-512's 32, 4 x 3 of the 16 elsewhere.
   static constexpr int kRows = W == 16 ? 8 : 4, kVectors = 3;
@@ -67,17 +68,48 @@ class ProductBody {
     return left < kVectors ? left : kVectors;
   }
 
+  /// Rows become columns, by exchanging ever smaller halves (Eklundh, doi:10.1109/T-C.1972.223584).
+  [[gnu::always_inline]] static void transpose(Float (&square)[W]) {
+#pragma GCC unroll 4
+    for (int half = W / 2; half >= 1; half /= 2) {
+      Int low{}, high{};
+#pragma GCC unroll 16
+      for (int lane = 0; lane < W; ++lane) {
+        low[lane] = lane & half ? W + lane - half : lane;
+        high[lane] = lane & half ? W + lane : lane + half;
+      }
+#pragma GCC unroll 16
+      for (int row = 0; row < W; ++row) {
+        if (row & half) continue;
+        const Float a = square[row], b = square[row + half];
+        square[row] = __builtin_shuffle(a, b, low);
+        square[row + half] = __builtin_shuffle(a, b, high);
+      }
+    }
+  }
+
+  /// W outputs by W inputs, of which `outputs` and `inputs` exist: zeros for the other outputs.
+  static void pack_square(const float* from, std::int64_t stride, std::int64_t outputs, std::int64_t inputs,
+                          float* to, std::int64_t width) {
+    const Lanes lanes = S::block_lanes(inputs, 0);
+    Float square[W];
+#pragma GCC unroll 16
+    for (int o = 0; o < W; ++o) square[o] = o < outputs ? S::load(from + o * stride, lanes) : Float{};
+    transpose(square);
+    const int count = inputs < W ? static_cast<int>(inputs) : W;
+    for (int k = 0; k < count; ++k) S::store(to + k * width, square[k]);
+  }
+
  public:
   /// Panels of up to kVectors vectors, one after the other; in each, all the outputs' weights of an input.
   static void pack(const float* weight, std::int64_t inputs, std::int64_t outputs, float* packed) {
     for (std::int64_t output = 0; output < outputs; output += kVectors * W) {
       const std::int64_t width = vectors_at(outputs, output) * W;
-      float* to = packed + output * inputs;
-      for (std::int64_t o = 0; o < width; ++o) {
-        const float* from = weight + (output + o) * inputs;
-        const bool exists = output + o < outputs;
-        for (std::int64_t k = 0; k < inputs; ++k) to[k * width + o] = exists ? from[k] : 0.f;
-      }
+      float* const to = packed + output * inputs;
+      for (std::int64_t o = 0; o < width; o += W)
+        for (std::int64_t k = 0; k < inputs; k += W)
+          pack_square(weight + (output + o) * inputs + k, inputs, outputs - output - o, inputs - k,
+                      to + k * width + o, width);
     }
   }
 

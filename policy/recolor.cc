@@ -17,17 +17,23 @@ constexpr int fewest_points = 5;
 
 float chroma(const Vector3f& rgb) { return (rgb.array() - rgb.mean()).matrix().norm(); }
 
+/// A colour as it is compared with others: read once, compared often.
+struct Tone {
+  Vector3f hue;
+  float brightness;
+  explicit Tone(const Vector3f& rgb)
+      : hue((rgb.array() - rgb.mean()).matrix() / (chroma(rgb) + 0.1f)), brightness(rgb.mean()) {}
+};
+
 // Hue counts fully, brightness, which shading changes, little.
-float difference(const Vector3f& a, const Vector3f& b) {
-  const auto hue = [](const Vector3f& rgb) -> Vector3f {
-    return (rgb.array() - rgb.mean()).matrix() / (chroma(rgb) + 0.1f);
-  };
-  const float brighter = a.mean() - b.mean();
-  return (hue(a) - hue(b)).squaredNorm() + brighter * brighter;
+float difference(const Tone& a, const Tone& b) {
+  const float brighter = a.brightness - b.brightness;
+  return (a.hue - b.hue).squaredNorm() + brighter * brighter;
 }
 
 struct Part {
   Vector3f color = Vector3f::Zero();  ///< mean
+  Tone tone{color};
   int points = 0;
   bool painted = false;
   Vector3f fresh = Vector3f::Zero();  ///< new colour in full light
@@ -48,7 +54,10 @@ std::vector<Part> parts_of(const PreparedScene& scene) {
     parts[id].color += scene.points[i].color;
     ++parts[id].points;
   }
-  for (Part& p : parts) p.color /= static_cast<float>(std::max(p.points, 1));
+  for (Part& p : parts) {
+    p.color /= static_cast<float>(std::max(p.points, 1));
+    p.tone = Tone(p.color);
+  }
   return parts;
 }
 
@@ -73,9 +82,10 @@ void repaint(Patch& patch, const std::vector<Part>& parts) {
   for (std::size_t k = 0; k < patch.size(); k += 3) {
     Eigen::Map<Vector3f> rgb(&patch[k]);
     if (chroma(rgb) < least_chroma / 2) continue;
+    const Tone seen(rgb);
     const auto nearest =
-        std::ranges::min_element(parts, {}, [&](const Part& p) { return difference(p.color, rgb); });
-    if (nearest->painted && difference(nearest->color, rgb) < 2 * same_color) rgb = nearest->repainted(rgb);
+        std::ranges::min_element(parts, {}, [&](const Part& p) { return difference(p.tone, seen); });
+    if (nearest->painted && difference(nearest->tone, seen) < 2 * same_color) rgb = nearest->repainted(rgb);
   }
 }
 
@@ -98,6 +108,7 @@ void turn_colors(PreparedScene& scene, std::vector<Word>& words, Random& random)
 std::vector<int> find_parts(const std::vector<Vector3f>& position, const std::vector<Vector3f>& color,
                             const std::vector<char>& skip) {
   const PointGrid grid(position, link_m);
+  const std::vector<Tone> tone(color.begin(), color.end());
   std::vector<int> part(position.size(), -1);
   std::vector<int> members;
   int count = 0;
@@ -112,7 +123,7 @@ std::vector<int> find_parts(const std::vector<Vector3f>& position, const std::ve
         for (int slot = first; slot < last; ++slot) {
           const auto i = static_cast<std::size_t>(grid.index()[static_cast<std::size_t>(slot)]);
           if (seen[i] || (position[i] - p).squaredNorm() > link_m * link_m ||
-              difference(color[i], color[seed]) > same_color)
+              difference(tone[i], tone[seed]) > same_color)
             continue;
           seen[i] = 1;
           members.push_back(static_cast<int>(i));
@@ -134,7 +145,8 @@ bool repaint_parts(PreparedScene& scene, std::vector<Word>& words, Random& rando
   for (Word& w : renamed) {
     if (w.row != Vocabulary::color) continue;
     if (chroma(w.color) < least_chroma) return false;
-    const auto far = [&](const Part& p) { return difference(p.color, w.color); };
+    const Tone named(w.color);
+    const auto far = [&](const Part& p) { return difference(p.tone, named); };
     const float nearest = far(*std::ranges::min_element(parts, {}, far));
     if (nearest > named_color) return false;
     const auto twin = std::ranges::find_if(
