@@ -28,37 +28,59 @@ struct Near {
   int index;
 };
 
-/// The points as separate arrays, which distances to all of them are quickly taken from.
+/// The points as separate arrays, which distances to many of them are quickly taken from.
 class Surround {
  public:
-  explicit Surround(std::span<const Vector3f> position) {
-    for (int k = 0; k < 3; ++k)
+  explicit Surround(std::span<const Vector3f> position) : count_(position.size()) {
+    for (int k = 0; k < 3; ++k) {
       for (const Vector3f& p : position) place_[k].push_back(p[k]);
+      place_[k].resize((count_ + kBlock - 1) / kBlock * kBlock, std::numeric_limits<float>::infinity());
+    }
   }
 
-  // The `size` nearest, sorted; of equally near ones the first. Few points come nearer than the last so far.
-  // `scratch` grows to one number per point.
-  std::vector<Near> nearest_to(const Vector3f& center, int size, std::vector<float>& scratch) const {
-    const float *x = place_[0].data(), *y = place_[1].data(), *z = place_[2].data();
-    const float cx = center.x(), cy = center.y(), cz = center.z();
-    const std::size_t count = place_[0].size();
-    scratch.resize(count);
-    float* const distance2 = scratch.data();
-    for (std::size_t i = 0; i < count; ++i) {
-      const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
-      distance2[i] = dx * dx + dy * dy + dz * dz;
-    }
-    std::vector<Near> nearest(static_cast<std::size_t>(size), {std::numeric_limits<float>::infinity(), -1});
-    for (std::size_t i = 0; i < count; ++i) {
-      if (distance2[i] >= nearest.back().distance2) continue;
-      std::size_t at = nearest.size() - 1;
-      for (; at > 0 && nearest[at - 1].distance2 > distance2[i]; --at) nearest[at] = nearest[at - 1];
-      nearest[at] = {distance2[i], static_cast<int>(i)};
+  // The `size` points nearest to point `center`, sorted; of equally near ones the first. Points that stand
+  // near mostly follow each other, so the search begins around `center` and finds little to exchange
+  // elsewhere.
+  std::vector<Near> nearest_to(std::size_t center, int size) const {
+    const std::size_t blocks = place_[0].size() / kBlock, home = center / kBlock;
+    std::vector<Near> nearest(static_cast<std::size_t>(size),
+                              {std::numeric_limits<float>::infinity(), std::numeric_limits<int>::max()});
+    search(home, center, nearest);
+    for (std::size_t away = 1; away < blocks; ++away) {
+      if (away <= home) search(home - away, center, nearest);
+      if (home + away < blocks) search(home + away, center, nearest);
     }
     return nearest;
   }
 
  private:
+  static constexpr std::size_t kBlock = 64;
+
+  void search(std::size_t block, std::size_t center, std::vector<Near>& nearest) const {
+    const std::size_t first = block * kBlock;
+    const float *x = &place_[0][first], *y = &place_[1][first], *z = &place_[2][first];
+    const float cx = place_[0][center], cy = place_[1][center], cz = place_[2][center];
+    float distance2[kBlock], least = std::numeric_limits<float>::infinity();
+#pragma omp simd reduction(min : least)
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+      distance2[i] = dx * dx + dy * dy + dz * dz;
+      least = std::min(least, distance2[i]);
+    }
+    if (least > nearest.back().distance2) return;
+    const auto before = [](const Near& a, const Near& b) {
+      return a.distance2 < b.distance2 || (a.distance2 == b.distance2 && a.index < b.index);
+    };
+    for (std::size_t i = 0; i < kBlock && first + i < count_; ++i) {
+      const Near found{distance2[i], static_cast<int>(first + i)};
+      if (!before(found, nearest.back())) continue;
+      std::size_t at = nearest.size() - 1;
+      for (; at > 0 && before(found, nearest[at - 1]); --at) nearest[at] = nearest[at - 1];
+      nearest[at] = found;
+    }
+  }
+
+  std::size_t count_;
   std::vector<float> place_[3];
 };
 
@@ -97,10 +119,8 @@ PointGroups group_points(std::span<const Vector3f> position, int groups, int siz
   out.neighbour.resize(static_cast<std::size_t>(groups) * static_cast<std::size_t>(size));
   std::vector<float> reach_m(out.center.size());
   over_parts(groups, [&](int first, int last) {
-    std::vector<float> scratch;
     for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(last); ++g) {
-      const auto nearest =
-          surround.nearest_to(position[static_cast<std::size_t>(out.center[g])], size, scratch);
+      const auto nearest = surround.nearest_to(static_cast<std::size_t>(out.center[g]), size);
       reach_m[g] = std::sqrt(nearest.back().distance2) / static_cast<float>(groups);
       for (std::size_t j = 0; j < nearest.size(); ++j)
         out.neighbour[g * nearest.size() + j] = nearest[j].index;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -52,7 +53,8 @@ Input random_input(std::int64_t batch, int n, int channels = small_shape().chann
 }
 
 TEST(PointGroups, HoldTheNearestPointsOfFarthestCentres) {
-  const auto points = cloud(80, 4);
+  auto points = cloud(300, 4);
+  for (std::size_t i = 0; i < 40; ++i) points[299 - i] = points[i];  // equally near: the first counts
   const PointGroups g = group_points(points, 10, 7);
   ASSERT_EQ(g.center.size(), 10u);
   ASSERT_EQ(g.neighbour.size(), 70u);
@@ -60,7 +62,7 @@ TEST(PointGroups, HoldTheNearestPointsOfFarthestCentres) {
     const Vector3f& center = points[static_cast<std::size_t>(g.center[i])];
     std::vector<int> all(points.size());
     std::iota(all.begin(), all.end(), 0);
-    std::sort(all.begin(), all.end(), [&](int a, int b) {
+    std::stable_sort(all.begin(), all.end(), [&](int a, int b) {
       return (points[static_cast<std::size_t>(a)] - center).squaredNorm() <
              (points[static_cast<std::size_t>(b)] - center).squaredNorm();
     });
@@ -75,6 +77,15 @@ TEST(PointGroups, HoldTheNearestPointsOfFarthestCentres) {
     };
     for (const Vector3f& p : points) EXPECT_LE(gap(p), gap(center) + 1e-6f);
   }
+}
+
+TEST(PointGroups, HoldPointsOfTheCloudHoweverFarApart) {
+  std::vector<Vector3f> points;  // their squared distances are infinite
+  for (int i = 0; i < 70; ++i) points.push_back(Vector3f::Constant(i % 2 == 0 ? 1e30f : -1e30f));
+  const PointGroups g = group_points(points, 3, 50);
+  for (const int i : g.neighbour) EXPECT_TRUE(i >= 0 && i < 70) << i;
+  points[9].y() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(group_points(points, 3, 5), std::invalid_argument);
 }
 
 TEST(PointGroups, AreTheSameWhereTheyAreFoundInParts) {
