@@ -1,10 +1,16 @@
-// flowscope tasks: which tasks there are, with their variations and instructions.
+// flowscope tasks: which tasks there are, with their variations and instructions, and how reliable they are.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
+#include <exception>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/task_check.h"
 #include "recorder/task.h"
 #include "web/wire.h"
 
@@ -33,16 +39,118 @@ int list_tasks(const std::vector<std::string>& folders, bool json) {
   return 0;
 }
 
+struct CheckCall {
+  std::vector<std::string> names;  ///< empty: all
+  int runs = 40;
+  std::uint64_t seed = 0;
+};
+
+nlohmann::ordered_json as_json(const TaskCheck& c) {
+  nlohmann::ordered_json failures = nlohmann::ordered_json::array();
+  for (const TaskCheckFailure& f : c.failures)
+    failures.push_back({{"variation", f.variation}, {"seed", f.seed}, {"reason", f.reason}});
+  return {{"task", c.task},
+          {"variations", c.variations},
+          {"runs", c.runs},
+          {"successes", c.successes},
+          {"done_at_start", c.done_at_start},
+          {"done_early", c.done_early},
+          {"keyframes", c.keyframes},
+          {"keyframes_seen", c.keyframes_seen},
+          {"keyframes_in_box", c.keyframes_in_box},
+          {"sim_seconds", c.sim_seconds},
+          {"wall_seconds", c.wall_seconds},
+          {"holds", c.holds()},
+          {"failures", failures}};
+}
+
+void print_row(const TaskCheck& c) {
+  std::printf("| %s | %d | %d of %d | %.1f | %d of %d | %.1f | %s |\n", c.task.c_str(), c.variations,
+              c.successes, c.runs, c.keyframes, c.keyframes_in_box, c.keyframes_seen,
+              c.sim_seconds / std::max(1, c.runs), c.holds() ? "yes" : "no");
+}
+
+/// As many tasks at a time as there are cores; in the order of their names.
+std::vector<TaskCheck> check_all(const TaskLibrary& library, const std::vector<std::string>& names,
+                                 const CheckCall& call) {
+  std::vector<TaskCheck> checks(names.size());
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr failure;
+  std::mutex mutex;
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+      workers.emplace_back([&] {
+        try {
+          for (std::size_t k = next++; k < names.size(); k = next++) {
+            checks[k] = check_task(library.get(names[k]), call.runs, call.seed);
+            std::fprintf(stderr, "%s: %d of %d\n", names[k].c_str(), checks[k].successes, call.runs);
+          }
+        } catch (...) {
+          const std::lock_guard lock(mutex);
+          failure = std::current_exception();
+        }
+      });
+  }
+  if (failure) std::rethrow_exception(failure);
+  return checks;
+}
+
+int check_tasks(const std::vector<std::string>& folders, const CheckCall& call, bool json) {
+  const TaskLibrary library(find_assets(), {folders.begin(), folders.end()});
+  const std::vector<std::string> names = call.names.empty() ? library.names() : call.names;
+  try {
+    for (const std::string& name : names) library.get(name);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  const std::vector<TaskCheck> checks = check_all(library, names, call);
+  if (json) {
+    nlohmann::ordered_json tasks = nlohmann::ordered_json::array();
+    for (const TaskCheck& c : checks) tasks.push_back(as_json(c));
+    print_json({{"seed", call.seed}, {"tasks", tasks}});
+  } else {
+    std::printf(
+        "| task | variations | success | keyframes | in the box | simulated s | holds "
+        "|\n|---|---|---|---|---|---|---|\n");
+    for (const TaskCheck& c : checks) print_row(c);
+    for (const TaskCheck& c : checks)
+      for (const TaskCheckFailure& f : c.failures)
+        std::printf("\n%s, variation %d, seed %llu: %s", c.task.c_str(), f.variation,
+                    static_cast<unsigned long long>(f.seed), f.reason.c_str());
+    std::printf("\n");
+  }
+  return std::ranges::all_of(checks, &TaskCheck::holds) ? 0 : 1;
+}
+
 }  // namespace
 
 void add_tasks_command(CLI::App& root, Context& context) {
-  CLI::App* command = root.add_subcommand("tasks", "List the tasks, their variations and instructions");
+  CLI::App* command =
+      root.add_subcommand("tasks", "List the tasks with their variations and instructions, or check them");
   auto folders = std::make_shared<std::vector<std::string>>();
   command->add_option("--tasks", *folders, "Folder of further tasks")
       ->type_name("DIR")
       ->allow_extra_args(false);
   add_json_option(*command, context);
-  set_body(*command, context, [folders, &context] { return list_tasks(*folders, context.json); });
+  CLI::App* check = command->add_subcommand(
+      "check",
+      "Run the tasks' own demonstrations on random placements; fails where one of twenty does not succeed");
+  auto call = std::make_shared<CheckCall>();
+  check->add_option("task", call->names, "Tasks; without any, all");
+  check->add_option("--episodes", call->runs, "Placements of each task, all variations in turn")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  check->add_option("--seed", call->seed, "Seed of the first placement; the next takes the next seed")
+      ->capture_default_str();
+  check->add_option("--tasks", *folders, "Folder of further tasks")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+  add_json_option(*check, context);
+  // The outer command is asked last, whichever was meant.
+  set_body(*command, context, [folders, call, check, &context] {
+    return check->parsed() ? check_tasks(*folders, *call, context.json) : list_tasks(*folders, context.json);
+  });
 }
 
 }  // namespace flowscope::app

@@ -1,0 +1,36 @@
+// How reliable tasks are: their own demonstrations on random placements, without pictures.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "recorder/task.h"
+
+namespace flowscope {
+
+struct TaskCheckFailure {
+  int variation = 0;
+  std::uint64_t seed = 0;
+  std::string reason;
+};
+
+struct TaskCheck {
+  std::string task;
+  int variations = 0, runs = 0, successes = 0;
+  int done_at_start = 0;     ///< placements that counted as done before anything moved
+  int done_early = 0;        ///< runs that counted as done at the last but one keyframe
+  double keyframes = 0;      ///< mean over the successful runs
+  int keyframes_in_box = 0;  ///< of the successful runs, inside the task's bounds
+  int keyframes_seen = 0;
+  double sim_seconds = 0, wall_seconds = 0;  ///< of all runs together
+  std::vector<TaskCheckFailure> failures;
+
+  /// At least 95 % of the runs succeed, and success means what it says.
+  bool holds() const { return 20 * successes >= 19 * runs && done_at_start == 0 && done_early == 0; }
+};
+
+/// `runs` demonstrations with seeds from `first_seed` on, all variations in turn. One thread.
+TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uint64_t first_seed);
+
+}  // namespace flowscope
