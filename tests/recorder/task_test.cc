@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -74,10 +75,12 @@ TEST(Footprints, MeasureTheGap) {
   EXPECT_EQ(footprint_distance({{0, 0}, 0, .5, .01}, {{0, 0}, EIGEN_PI / 2, .5, .01}), 0) << "a cross";
 }
 
-TEST(TaskLibrary, FindsTheThreeTasksAndNamesThem) {
+TEST(TaskLibrary, FindsTheTasksInOrderAndNamesThem) {
   const TaskLibrary library(kAssets);
-  EXPECT_EQ(library.names(),
-            (std::vector<std::string>{"insert_onto_square_peg", "open_drawer", "push_buttons"}));
+  const std::vector<std::string> names = library.names();
+  EXPECT_TRUE(std::ranges::is_sorted(names));
+  for (const char* name : {"insert_onto_square_peg", "open_drawer", "push_buttons"})
+    EXPECT_TRUE(std::ranges::binary_search(names, name)) << name;
   try {
     library.get("juggle");
     FAIL() << "an unknown task was accepted";
