@@ -36,7 +36,9 @@ TEST(TaskCheck, AsksForNineteenOfTwentyAndForASuccessThatMeansSomething) {
   EXPECT_TRUE(check.holds());
   check.successes = 37;
   EXPECT_FALSE(check.holds());
-  check.successes = 40, check.done_early = 1;
+  check.successes = 40, check.done_early = 2;
+  EXPECT_TRUE(check.holds());
+  check.done_early = 3;
   EXPECT_FALSE(check.holds());
   check.done_early = 0, check.done_at_start = 1;
   EXPECT_FALSE(check.holds());
