@@ -18,6 +18,7 @@ namespace flowscope::app {
 namespace {
 
 struct ExportCall {
+  std::vector<std::string> task_dirs;  ///< folders of further tasks
   std::filesystem::path out, trace;
   std::string demo, camera = "free";
   int frame = -1, step = -1, width = 1280, height = 960;
@@ -98,7 +99,7 @@ Overlay overlay_at(const std::vector<FlowTrace>& traces, int step) {
 }
 
 int export_file(const ExportCall& call, const std::string& kind, const Context& context) {
-  const TaskLibrary tasks(find_assets());
+  const TaskLibrary tasks(find_assets(), {call.task_dirs.begin(), call.task_dirs.end()});
   const DemoStore store(context.data);
   web::ViewSettings view;
   if (call.camera != "free") view.camera = call.camera;
@@ -133,6 +134,9 @@ void add_kind(CLI::App& parent, Context& context, const std::string& kind, const
   add_data_option(*command, context);
   command->add_option("--demo", call->demo, "Demonstration id");
   command->add_option("--trace", call->trace, "Trace file written by predict or serve");
+  command->add_option("--tasks", call->task_dirs, "Folder of further tasks")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   if (kind == "png" || kind == "cloud") {
     command->add_option("--frame", call->frame, "Frame of the demonstration; the last by default")
         ->check(CLI::NonNegativeNumber);

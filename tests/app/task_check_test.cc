@@ -83,6 +83,23 @@ TEST_F(ChangedTask, AFailureNamesVariationSeedAndReason) {
   EXPECT_TRUE(contains(failure.at("reason"), "drawer_middle_slide")) << failure.dump();
 }
 
+TEST_F(ChangedTask, ItsDemonstrationsAreExportedWithItsFolderNamed) {
+  change("beyond: 0.15", "beyond: 0.12");
+  const std::string folder = folder_.path().string(), data = folder + "/data", file = folder + "/end.png";
+  const auto recorded =
+      run_command({"record", "changed", "--seed", "20", "--tasks", folder, "--data", data, "--json"});
+  ASSERT_EQ(recorded.code, 0) << recorded.err;
+  const std::string id = json::parse(recorded.out).at("demos").at(0);
+  const std::vector<std::string> call{"export", "png", "--demo",  id,   "--data",   data,
+                                      "--out",  file,  "--width", "64", "--height", "64"};
+  EXPECT_NE(run_command(call).code, 0) << "nobody said where the task is";
+  std::vector<std::string> with = call;
+  with.insert(with.end(), {"--tasks", folder});
+  const auto exported = run_command(with);
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_GT(std::filesystem::file_size(file), 100u);
+}
+
 TEST(TasksCheckCommand, PrintsATableAndRefusesAnUnknownTask) {
   const auto table = run_command({"tasks", "check", "open_drawer", "--episodes", "1"});
   EXPECT_EQ(table.code, 0) << table.err;
