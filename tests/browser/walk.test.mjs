@@ -71,7 +71,7 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
     await until(() => at("train-start").isEnabled(), "the end of training", 3 * minutes);
     assert.equal(await at("train-error").isVisible(), false, await text("train-error"));
     assert.ok(Number.isFinite(Number(await text("train-loss"))), await text("train-loss"));
-    assert.match(await text("train-parts"), /^loss of position [\d.]+, rotation [\d.]+, openness [\d.]+$/);
+    assert.match(await text("train-parts"), /^loss of position [\d.]+(e-\d+)?, rotation [\d.]+(e-\d+)?, openness [\d.]+(e-\d+)?$/);
   });
 
   test("training goes on from where it ended", async () => {
