@@ -149,7 +149,7 @@ struct Simd {
     const Float above = max(Float{}, x), size = 2.f * above - x;  // |x|
     return above - size * normal_tail(size, normal_bell(size));
   }
-  /// Its derivative Φ(x) + x φ(x), absolute error below 1e-6.
+  /// Its derivative Φ(x) + x φ(x), absolute error below 3e-6.
   static Float gelu_slope(Float x) {
     const Float above = max(Float{}, x), size = 2.f * above - x, bell = normal_bell(size);
     const Float tail = normal_tail(size, bell), positive = x > Float{} ? 1.f - tail : tail;

@@ -47,6 +47,19 @@ TEST_F(TrainOptionsOfTheCommand, WhatIsWrongIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(policy_));
 }
 
+TEST_F(TrainOptionsOfTheCommand, MiddlesOfPartsReachThePolicyAndStayWithIt) {
+  const auto kept = [&](const std::vector<std::string>& more) {
+    const Outcome trained = train(more);
+    EXPECT_EQ(trained.code, 0) << trained.err;
+    const Outcome shown = testing::run_command({"policy", "show", policy_, "--json"});
+    return nlohmann::json::parse(shown.out).at("shape").at("part_middles").get<bool>();
+  };
+  EXPECT_FALSE(kept({"--steps", "1", "--part-middles", "off"}));
+  EXPECT_FALSE(kept({"--steps", "2", "--resume"})) << "a policy keeps what it was made with";
+  std::filesystem::remove(policy_);
+  EXPECT_TRUE(kept({"--steps", "1"}));
+}
+
 TEST_F(TrainOptionsOfTheCommand, TheResultTellsTheLossByPart) {
   const Outcome outcome =
       train({"--steps", "2", "--augment", "crop,move", "--times", "uniform", "--binding", "off", "--json"});
