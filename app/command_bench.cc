@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/bench_points.h"
+#include "app/bench_record.h"
 #include "app/bench_stream.h"
 #include "app/bench_train.h"
 #include "app/cli.h"
@@ -29,7 +30,7 @@ std::vector<BenchResult> measure(const std::string& name) {
   if (name == "train") return bench_train(assets);
   const auto scratch =
       std::filesystem::temp_directory_path() / ("flowscope-bench-" + std::to_string(::getpid()));
-  auto results = bench_stream(assets, scratch);
+  auto results = name == "record" ? bench_record(assets, scratch) : bench_stream(assets, scratch);
   std::filesystem::remove_all(scratch);
   return results;
 }
@@ -55,14 +56,15 @@ int bench(const std::vector<std::string>& names, const Context& context) {
 }  // namespace
 
 void add_bench_command(CLI::App& root, Context& context) {
-  CLI::App* command =
-      root.add_subcommand("bench", "Measure the stream, the scan, predictions and the training");
+  CLI::App* command = root.add_subcommand(
+      "bench", "Measure the stream, the recording, the scan, predictions and the training");
   auto names =
       std::make_shared<std::vector<std::string>>(std::vector<std::string>{"stream", "scan", "train"});
   command
-      ->add_option("names", *names,
-                   "Which: stream, scan, train (these without a name), infer (minutes), tokens, points")
-      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train"}));
+      ->add_option(
+          "names", *names,
+          "Which: stream, scan, train (these without a name), infer (minutes), tokens, points, record")
+      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train", "record"}));
   add_json_option(*command, context);
   set_body(*command, context, [names, &context] { return bench(*names, context); });
 }

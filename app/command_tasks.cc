@@ -6,6 +6,7 @@
 #include <exception>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "app/cli.h"
@@ -41,7 +42,7 @@ int list_tasks(const std::vector<std::string>& folders, bool json) {
 
 struct CheckCall {
   std::vector<std::string> names;  ///< empty: all
-  int runs = 40;
+  std::optional<int> runs;         ///< unset: 40, and every variation at least once
   std::uint64_t seed = 0;
 };
 
@@ -83,8 +84,10 @@ std::vector<TaskCheck> check_all(const TaskLibrary& library, const std::vector<s
       workers.emplace_back([&] {
         try {
           for (std::size_t k = next++; k < names.size(); k = next++) {
-            checks[k] = check_task(library.get(names[k]), call.runs, call.seed);
-            std::fprintf(stderr, "%s: %d of %d\n", names[k].c_str(), checks[k].successes, call.runs);
+            const auto task = library.get(names[k]);
+            const int runs = call.runs.value_or(std::max(40, task->variations()));
+            checks[k] = check_task(task, runs, call.seed);
+            std::fprintf(stderr, "%s: %d of %d\n", names[k].c_str(), checks[k].successes, runs);
           }
         } catch (...) {
           const std::lock_guard lock(mutex);
@@ -138,9 +141,10 @@ void add_tasks_command(CLI::App& root, Context& context) {
       "Run the tasks' own demonstrations on random placements; fails where one of twenty does not succeed");
   auto call = std::make_shared<CheckCall>();
   check->add_option("task", call->names, "Tasks; without any, all");
-  check->add_option("--episodes", call->runs, "Placements of each task, all variations in turn")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
+  check
+      ->add_option("--episodes", call->runs,
+                   "Placements of each task, all variations in turn; without it 40, or as many as variations")
+      ->check(CLI::Range(1, 1000000));
   check->add_option("--seed", call->seed, "Seed of the first placement; the next takes the next seed")
       ->capture_default_str();
   check->add_option("--tasks", *folders, "Folder of further tasks")
