@@ -127,7 +127,7 @@ void RenderLoop::draw_changed_views(Room& room) {
       seen.sim_drawn = sim_version;
       todo.push_back(seen.settings);
     }
-    if (!todo.empty()) overlay = overlay_;
+    if (!todo.empty()) overlay = layers_.all();
   }
   for (const auto& view : todo) {
     try {
@@ -192,19 +192,41 @@ int RenderLoop::viewers() const {
   return sum;
 }
 
-void RenderLoop::show(Overlay overlay, std::shared_ptr<const SceneState> pinned) {
+void RenderLoop::redraw() {
+  for (auto& [id, seen] : views_) ++seen.version;
+}
+
+void RenderLoop::show(const std::string& layer, Overlay overlay) {
   {
     std::lock_guard lock(mutex_);
-    overlay_ = std::move(overlay);
-    pinned_ = std::move(pinned);
-    for (auto& [id, seen] : views_) ++seen.version;
+    layers_.set(layer, std::move(overlay));
+    redraw();
+  }
+  wake();
+}
+
+void RenderLoop::show(const std::string& layer, Overlay overlay, std::shared_ptr<const SceneState> state) {
+  {
+    std::lock_guard lock(mutex_);
+    layers_.set(layer, std::move(overlay));
+    pinned_ = std::move(state);
+    redraw();
+  }
+  wake();
+}
+
+void RenderLoop::unpin() {
+  {
+    std::lock_guard lock(mutex_);
+    pinned_ = nullptr;
+    redraw();
   }
   wake();
 }
 
 Overlay RenderLoop::overlay() const {
   std::lock_guard lock(mutex_);
-  return overlay_;
+  return layers_.all();
 }
 
 std::shared_ptr<const SceneState> RenderLoop::pinned() const {

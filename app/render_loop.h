@@ -13,6 +13,7 @@
 
 #include "app/job_queue.h"
 #include "app/latest.h"
+#include "app/overlay_layers.h"
 #include "app/sim_loop.h"
 #include "render/renderer.h"
 #include "web/backend.h"
@@ -61,10 +62,15 @@ class RenderLoop {
   std::vector<web::ViewSettings> views() const;
   void set_viewers(const std::string& view, int viewers);
   int viewers() const;
-  /// Draws `overlay` over every view from now on. `pinned`: show that state instead of the living one (a
-  /// trace of a scene that has moved on).
-  void show(Overlay overlay, std::shared_ptr<const SceneState> pinned = nullptr);
-  Overlay overlay() const;
+  /// Draws `overlay` over every view from now on, together with the other layers; an empty one takes the
+  /// layer away.
+  void show(const std::string& layer, Overlay overlay);
+  /// The same, and shows `state` instead of the living one (a trace of a scene that has moved on); null: the
+  /// living one again.
+  void show(const std::string& layer, Overlay overlay, std::shared_ptr<const SceneState> state);
+  /// Shows the living scene again; the layers stay.
+  void unpin();
+  Overlay overlay() const;  ///< all layers
   std::shared_ptr<const SceneState> pinned() const;
   void wake() { queue_.poke(); }
   std::uint64_t rendered() const { return rendered_; }
@@ -90,13 +96,15 @@ class RenderLoop {
   /// the start.
   void open_first_scene(Room& room, const std::string& scene);
   void draw_changed_views(Room& room);
+  /// Under the lock, after a change of layers or of what is pinned.
+  void redraw();
 
   const TaskLibrary& tasks_;
   const Latest<SimSnapshot>& sim_;
   EncodeLoop& encode_;
   mutable std::mutex mutex_;
   std::map<std::string, Seen> views_;
-  Overlay overlay_;
+  OverlayLayers layers_;
   std::shared_ptr<const SceneState> pinned_;
   std::string failure_;
   EglInfo info_;

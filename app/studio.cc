@@ -170,7 +170,7 @@ void Studio::clear_shown() {
     std::lock_guard lock(mutex_);
     shown_.reset();
   }
-  render_.show({});
+  render_.show("trace", {}, nullptr);
   ++change_;
 }
 

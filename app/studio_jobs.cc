@@ -83,7 +83,7 @@ std::string Studio::execute_trace(const std::string& id) {
     throw ApiError(409, "other_scene", "that prediction was made in a scene that has been reset since");
   }
   interrupt_motion();
-  render_.show(render_.overlay());  // the living scene from now on, with the prediction still drawn
+  render_.unpin();  // the living scene from now on, with the prediction still drawn
   std::lock_guard lock(mutex_);
   motion_job_ = jobs_.start("execute", [this, stored](JobBoard::Handle& handle) {
     handle.update([](JobStatus& s) { s.message = "moving to the predicted keyframe"; });

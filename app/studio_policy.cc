@@ -84,7 +84,7 @@ void Studio::show_trace(const std::string& id, std::optional<int> step) {
     std::lock_guard lock(mutex_);
     shown_ = {id, *step};
   }
-  render_.show(overlay_of(stored->trace, *step), std::make_shared<const SceneState>(stored->state));
+  render_.show("trace", overlay_of(stored->trace, *step), std::make_shared<const SceneState>(stored->state));
   ++change_;
 }
 
