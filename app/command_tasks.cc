@@ -46,10 +46,16 @@ struct CheckCall {
   std::uint64_t seed = 0;
 };
 
+nlohmann::ordered_json as_json(const std::vector<TaskCheckFailure>& failures) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const TaskCheckFailure& f : failures)
+    list.push_back({{"variation", f.variation}, {"seed", f.seed}, {"reason", f.reason}});
+  return list;
+}
+
 nlohmann::ordered_json as_json(const TaskCheck& c) {
-  nlohmann::ordered_json failures = nlohmann::ordered_json::array();
-  for (const TaskCheckFailure& f : c.failures)
-    failures.push_back({{"variation", f.variation}, {"seed", f.seed}, {"reason", f.reason}});
+  nlohmann::ordered_json published;  // null where nothing is published
+  if (c.published_keyframes) published = *c.published_keyframes;
   return {{"task", c.task},
           {"variations", c.variations},
           {"runs", c.runs},
@@ -57,17 +63,20 @@ nlohmann::ordered_json as_json(const TaskCheck& c) {
           {"done_at_start", c.done_at_start},
           {"done_early", c.done_early},
           {"keyframes", c.keyframes},
+          {"published_keyframes", published},
           {"keyframes_seen", c.keyframes_seen},
-          {"keyframes_in_box", c.keyframes_in_box},
+          {"outside", as_json(c.outside)},
           {"sim_seconds", c.sim_seconds},
           {"wall_seconds", c.wall_seconds},
           {"holds", c.holds()},
-          {"failures", failures}};
+          {"failures", as_json(c.failures)}};
 }
 
 void print_row(const TaskCheck& c) {
-  std::printf("| %s | %d | %d of %d | %.1f | %d of %d | %.1f | %s |\n", c.task.c_str(), c.variations,
-              c.successes, c.runs, c.keyframes, c.keyframes_in_box, c.keyframes_seen,
+  char published[16] = "";
+  if (c.published_keyframes) std::snprintf(published, sizeof published, "%.1f", *c.published_keyframes);
+  std::printf("| %s | %d | %d of %d | %.1f | %s | %zu of %d | %.1f | %s |\n", c.task.c_str(), c.variations,
+              c.successes, c.runs, c.keyframes, published, c.outside.size(), c.keyframes_seen,
               c.sim_seconds / std::max(1, c.runs), c.holds() ? "yes" : "no");
 }
 
@@ -114,13 +123,14 @@ int check_tasks(const std::vector<std::string>& folders, const CheckCall& call, 
     print_json({{"seed", call.seed}, {"tasks", tasks}});
   } else {
     std::printf(
-        "| task | variations | success | keyframes | in the box | simulated s | holds "
-        "|\n|---|---|---|---|---|---|---|\n");
+        "| task | variations | success | keyframes | published | out of bounds | simulated s | holds "
+        "|\n|---|---|---|---|---|---|---|---|\n");
     for (const TaskCheck& c : checks) print_row(c);
     for (const TaskCheck& c : checks)
-      for (const TaskCheckFailure& f : c.failures)
-        std::printf("\n%s, variation %d, seed %llu: %s", c.task.c_str(), f.variation,
-                    static_cast<unsigned long long>(f.seed), f.reason.c_str());
+      for (const auto& list : {c.failures, c.outside})
+        for (const TaskCheckFailure& f : list)
+          std::printf("\n%s, variation %d, seed %llu: %s", c.task.c_str(), f.variation,
+                      static_cast<unsigned long long>(f.seed), f.reason.c_str());
     std::printf("\n");
   }
   return std::ranges::all_of(checks, &TaskCheck::holds) ? 0 : 1;

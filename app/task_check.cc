@@ -1,16 +1,30 @@
 #include "app/task_check.h"
 
+#include <cmath>
+#include <cstdio>
+
 #include "recorder/record.h"
 #include "recorder/world.h"
 
 namespace flowscope {
 namespace {
 
+std::string where_outside(const Box& bounds, const Eigen::Vector3d& position, std::size_t keyframe) {
+  const Eigen::Vector3d nearest = position.cwiseMax(bounds.min).cwiseMin(bounds.max);
+  const Eigen::Vector3d over_mm = 1e3 * (position - nearest);
+  char text[120];
+  std::snprintf(text, sizeof text, "keyframe %zu lies (%.1f, %.1f, %.1f) mm outside the bounds", keyframe + 1,
+                over_mm.x(), over_mm.y(), over_mm.z());
+  return text;
+}
+
 void count_keyframes(const Demo& demo, const std::vector<bool>& done, TaskCheck& sum) {
   sum.keyframes += static_cast<double>(demo.keyframes.size());
-  for (const Keyframe& k : demo.keyframes) {
+  for (std::size_t k = 0; k < demo.keyframes.size(); ++k) {
+    const Eigen::Vector3d& position = demo.keyframes[k].action.world_from_tool.position;
     ++sum.keyframes_seen;
-    if (demo.bounds.contains(k.action.world_from_tool.position)) ++sum.keyframes_in_box;
+    if (!demo.bounds.contains(position))
+      sum.outside.push_back({demo.info.variation, demo.info.seed, where_outside(demo.bounds, position, k)});
   }
   if (demo.keyframes.size() < 2) return;
   const auto cut = static_cast<std::size_t>(demo.keyframes[demo.keyframes.size() - 2].frame);
@@ -19,11 +33,17 @@ void count_keyframes(const Demo& demo, const std::vector<bool>& done, TaskCheck&
 
 }  // namespace
 
+bool TaskCheck::holds() const {
+  const bool as_published = !published_keyframes || std::abs(keyframes / *published_keyframes - 1) <= 0.15;
+  return 20 * (successes - done_early) >= 19 * runs && done_at_start == 0 && outside.empty() && as_published;
+}
+
 TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uint64_t first_seed) {
   TaskCheck sum;
   sum.task = task->name();
   sum.variations = task->variations();
   sum.runs = runs;
+  sum.published_keyframes = task->published_keyframes();
   World world(task);
   const auto no_picture = [](const SceneState&) { return Observation{}; };
   for (int i = 0; i < runs; ++i) {

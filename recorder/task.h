@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,8 @@ class Task {
   virtual Box bounds() const = 0;  ///< keyframe box, metres, world
   /// Keyframes of the longest demonstration: a policy that is not done by then starts over.
   virtual int keyframes() const = 0;
+  /// Mean number of keyframes in the benchmark's demonstrations, where it is published.
+  virtual std::optional<double> published_keyframes() const { return {}; }
   /// Compiled scene (robot + table + cameras + objects). The task owns it.
   virtual const mjModel_* model() const = 0;
   /// Places and colours everything in model/data for this variation and seed and settles nothing (the world

@@ -69,10 +69,12 @@ class FolderTask : public Task {
         model_(compile(folder / "scene.xml", assets)),
         arm_(Kinematics::from_model(model_.get())) {
     reader_.check_keys(root_, "task",
-                       {"bounds", "keyframes", "variations", "draw", "instructions", "colors", "placement",
-                        "success", "demonstration"});
+                       {"bounds", "keyframes", "published_keyframes", "variations", "draw", "instructions",
+                        "colors", "placement", "success", "demonstration"});
     read_bounds();
     keyframes_ = reader_.integer(reader_.require(root_, "keyframes"), "keyframes", 1, 1000);
+    if (const TaskNode* mean = root_.find("published_keyframes"))
+      published_keyframes_ = reader_.number(*mean, "published_keyframes");
     variations_ = read_variations(reader_, name_, reader_.require(root_, "variations"));
     placement_ = read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), {}), model_.get());
     check_all();
@@ -82,6 +84,7 @@ class FolderTask : public Task {
   int variations() const override { return static_cast<int>(variations_.size()); }
   Box bounds() const override { return bounds_; }
   int keyframes() const override { return keyframes_; }
+  std::optional<double> published_keyframes() const override { return published_keyframes_; }
   const mjModel* model() const override { return model_.get(); }
 
   std::vector<std::string> instructions(int variation) const override {
@@ -215,6 +218,7 @@ class FolderTask : public Task {
   Kinematics arm_;
   Box bounds_;
   int keyframes_ = 0;
+  std::optional<double> published_keyframes_;
   std::vector<Variables> variations_;
   Placement placement_;
 };

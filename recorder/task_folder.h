@@ -2,6 +2,7 @@
 //
 //   bounds: {min: [x, y, z], max: [x, y, z]}     keyframe box, metres, world
 //   keyframes: 6                                 keyframes of the longest demonstration
+//   published_keyframes: 5.5                     optional: their mean in the benchmark's demonstrations
 //   variations:                                  what each variation binds for {placeholders}
 //     combine:                                   every combination; the last entry turns fastest
 //       - permutations: {from: colors, choose: 3, take: 17, as: color}      {color_1} {color_2} {color_3},

@@ -23,6 +23,7 @@ TEST_P(AnyTask, IsDoneAtTheEndOfItsDemonstrationAndNotBeforeItsLastKeyframe) {
                                 << (check.failures.empty() ? "" : check.failures.back().reason);
   EXPECT_EQ(check.done_at_start, 0);
   EXPECT_EQ(check.done_early, 0);
+  EXPECT_TRUE(check.outside.empty()) << check.outside.front().reason;
 }
 
 TEST_P(AnyTask, HasAnInstructionOfItsOwnForEveryVariation) {

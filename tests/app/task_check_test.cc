@@ -24,7 +24,8 @@ TEST(TaskCheck, CountsWhatTheDemonstrationsReach) {
   EXPECT_EQ(check.variations, 3);
   EXPECT_DOUBLE_EQ(check.keyframes, 3);
   EXPECT_EQ(check.keyframes_seen, 12);
-  EXPECT_EQ(check.keyframes_in_box, 12);
+  EXPECT_TRUE(check.outside.empty());
+  EXPECT_EQ(check.published_keyframes, 3.0);
   EXPECT_EQ(check.done_at_start + check.done_early, 0);
   EXPECT_GT(check.sim_seconds, 4);
   EXPECT_TRUE(check.holds());
@@ -41,6 +42,14 @@ TEST(TaskCheck, AsksForNineteenOfTwentyAndForASuccessThatMeansSomething) {
   check.done_early = 3;
   EXPECT_FALSE(check.holds());
   check.done_early = 0, check.done_at_start = 1;
+  EXPECT_FALSE(check.holds());
+  check.done_at_start = 0, check.keyframes = 4.2;
+  EXPECT_TRUE(check.holds());
+  check.published_keyframes = 3.6;
+  EXPECT_FALSE(check.holds());
+  check.published_keyframes = 3.7;
+  EXPECT_TRUE(check.holds());
+  check.outside.push_back({});
   EXPECT_FALSE(check.holds());
 }
 
@@ -83,6 +92,15 @@ TEST_F(ChangedTask, AFailureNamesVariationSeedAndReason) {
   EXPECT_TRUE(contains(failure.at("reason"), "drawer_middle_slide")) << failure.dump();
 }
 
+TEST_F(ChangedTask, AKeyframeOutsideTheBoundsIsNamed) {
+  change("max: [0.366, 0.436, 1.229]", "max: [0.366, 0.436, 1.000]");
+  const json task = checked(1);
+  EXPECT_EQ(task.at("successes"), 2);
+  const json& outside = task.at("outside").at(0);
+  EXPECT_EQ(outside.at("seed"), 21);
+  EXPECT_TRUE(contains(outside.at("reason"), "keyframe 1 lies (0.0, 0.0, ")) << outside.dump();
+}
+
 TEST_F(ChangedTask, ItsDemonstrationsAreExportedWithItsFolderNamed) {
   change("beyond: 0.15", "beyond: 0.12");
   const std::string folder = folder_.path().string(), data = folder + "/data", file = folder + "/end.png";
@@ -103,7 +121,7 @@ TEST_F(ChangedTask, ItsDemonstrationsAreExportedWithItsFolderNamed) {
 TEST(TasksCheckCommand, PrintsATableAndRefusesAnUnknownTask) {
   const auto table = run_command({"tasks", "check", "open_drawer", "--episodes", "1"});
   EXPECT_EQ(table.code, 0) << table.err;
-  EXPECT_TRUE(contains(table.out, "| open_drawer | 3 | 1 of 1 | 3.0 | 3 of 3 |")) << table.out;
+  EXPECT_TRUE(contains(table.out, "| open_drawer | 3 | 1 of 1 | 3.0 | 3.0 | 0 of 3 |")) << table.out;
   const auto unknown = run_command({"tasks", "check", "juggle"});
   EXPECT_EQ(unknown.code, 2);
   EXPECT_TRUE(contains(unknown.err, "open_drawer")) << unknown.err;
