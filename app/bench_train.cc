@@ -17,7 +17,7 @@ std::vector<BenchResult> bench_train(const std::filesystem::path& assets, const 
   for (int i = 0; i < 2; ++i) {
     world.reset(3 * i, static_cast<std::uint64_t>(i));
     RunReport report = run_script(world, world.episode().demonstration, [&](const SceneState& state) {
-      return renderer.observe_all(state, observation_cameras(), observation_size);
+      return renderer.observe_all(state, observation_cameras(task->model()), observation_size);
     });
     if (!report.demo) throw std::runtime_error("bench: the demonstration failed: " + report.reason);
     demos.push_back(std::move(*report.demo));

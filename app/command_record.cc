@@ -64,8 +64,8 @@ Script read_script(const std::string& file, const std::string& task) {
 
 RunReport run_episode(World& world, Renderer& renderer, const std::optional<Script>& script, int variation,
                       std::uint64_t seed) {
-  const Observe observe = [&renderer](const SceneState& state) {
-    return renderer.observe_all(state, observation_cameras(), observation_size);
+  const Observe observe = [&](const SceneState& state) {
+    return renderer.observe_all(state, observation_cameras(world.task().model()), observation_size);
   };
   try {
     world.reset(variation, seed);

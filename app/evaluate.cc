@@ -52,7 +52,7 @@ struct Bench {
   Bench(std::shared_ptr<const Task> task, const std::filesystem::path& file)
       : world(task), renderer(task->model(), task->name()), policy(load_policy(file)) {}
   Observation observe(const SceneState& state) {
-    return renderer.observe_all(state, observation_cameras(), observation_size);
+    return renderer.observe_all(state, observation_cameras(world.task().model()), observation_size);
   }
   World world;
   Renderer renderer;

@@ -31,8 +31,10 @@ void stop_if_asked(const std::stop_token& stop) {
 }
 
 PointCloud cloud_of(const TaskLibrary& tasks, const SceneState& state) {
-  Renderer renderer(tasks.get(state.scene)->model(), state.scene);
-  return to_point_cloud(renderer.observe_all(state, observation_cameras(), observation_size), workspace);
+  const auto task = tasks.get(state.scene);
+  Renderer renderer(task->model(), state.scene);
+  return to_point_cloud(renderer.observe_all(state, observation_cameras(task->model()), observation_size),
+                        workspace);
 }
 
 std::string caption_of(const FlowStep& step) {

@@ -141,7 +141,8 @@ void RenderLoop::draw_changed_views(Room& room) {
 
 std::future<Observation> RenderLoop::observe(SceneState state) {
   return queue_.post([this, state = std::move(state)](Room& room) {
-    return renderer(room, state.scene).observe_all(state, observation_cameras(), observation_size);
+    const auto cameras = observation_cameras(tasks_.get(state.scene)->model());
+    return renderer(room, state.scene).observe_all(state, cameras, observation_size);
   });
 }
 

@@ -129,7 +129,7 @@ StateSnapshot Studio::state() {
   s.success = sim->success;
   s.terms = sim->terms;
   s.views = render_.views();
-  s.cameras = observation_cameras();
+  s.cameras = observation_cameras(tasks_.get(sim->task)->model());
   s.viewers = render_.viewers();
   s.rendering_error = render_.failure();
   const auto report = policy_.report();
@@ -198,7 +198,7 @@ StateSnapshot Studio::reset(const std::string& task, std::optional<int> variatio
 ViewSettings Studio::view(const std::string& id) { return render_.view(id); }
 
 ViewSettings Studio::set_view(const ViewSettings& settings) {
-  const auto& known = observation_cameras();
+  const auto known = observation_cameras(tasks_.get(scene()->task)->model());
   if (settings.camera && std::ranges::find(known, *settings.camera) == known.end()) {
     throw ApiError(400, "unknown_camera", "there is no camera " + *settings.camera, "camera");
   }

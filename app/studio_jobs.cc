@@ -114,7 +114,7 @@ std::string Studio::export_media(const web::ExportRequest& request) {
   ViewSettings view = render_.view("main");
   if (!request.camera.empty())
     view.camera = request.camera == "free" ? std::nullopt : std::optional(request.camera);
-  const auto& known = observation_cameras();
+  const auto known = observation_cameras(tasks_.get(scene()->task)->model());
   if (view.camera && std::ranges::find(known, *view.camera) == known.end()) {
     throw ApiError(400, "unknown_camera", "there is no camera " + *view.camera, "camera");
   }

@@ -46,8 +46,10 @@ struct CollisionChecker::Impl {
   using GeomPair = std::pair<int, int>;
 
   explicit Impl(const World& world)
-      : model(world.model()), data(mj_copyData(nullptr, model, world.data())), arm(find_arm(model)) {
-    hand = model->site_bodyid[arm.tool_site];
+      : model(world.model()),
+        data(mj_copyData(nullptr, model, world.data())),
+        arm(find_arm(model, world.task().robot())),
+        hand(arm.hand) {
     const int first_link = model->jnt_bodyid[arm.joint[0]];
     moves.resize(model->nbody);
     in_hand.resize(model->nbody);
@@ -59,7 +61,7 @@ struct CollisionChecker::Impl {
     for (const auto& name : world.grasped()) hold(mj_name2id(model, mjOBJ_BODY, name.c_str()));
 
     JointVector start{};
-    for (std::size_t i = 0; i < start.size(); ++i) start[i] = data->qpos[arm.qpos[i]];
+    for (std::size_t i = 0; i < arm.joints; ++i) start[i] = data->qpos[arm.qpos[i]];
     collide(start);
     for (int i = 0; i < data->ncon; ++i) {
       const mjContact& contact = data->contact[i];
@@ -86,7 +88,7 @@ struct CollisionChecker::Impl {
   }
 
   void collide(const JointVector& q) {
-    for (std::size_t i = 0; i < q.size(); ++i) data->qpos[arm.qpos[i]] = q[i];
+    for (std::size_t i = 0; i < arm.joints; ++i) data->qpos[arm.qpos[i]] = q[i];
     mj_kinematics(model, data.get());
     if (!held.empty()) {
       const Pose world_from_hand = body_pose(data.get(), hand);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "recorder/numeric_arm.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
@@ -112,13 +113,13 @@ Pose site_pose(const mjData* data, int site) {
 }
 
 void set_joints(mjData* data, const ArmIndices& arm, const JointVector& q) {
-  for (std::size_t i = 0; i < q.size(); ++i) data->qpos[arm.qpos[i]] = q[i];
+  for (std::size_t i = 0; i < arm.joints; ++i) data->qpos[arm.qpos[i]] = q[i];
 }
 
 }  // namespace
 
 bool JointLimits::contain(const JointVector& q) const {
-  for (std::size_t i = 0; i < q.size(); ++i) {
+  for (std::size_t i = 0; i < joints; ++i) {
     if (!(q[i] >= lower[i] && q[i] <= upper[i])) return false;
   }
   return true;
@@ -130,45 +131,53 @@ double joint_distance(const JointVector& a, const JointVector& b) {
   return largest;
 }
 
-ArmIndices find_arm(const mjModel* model) {
+ArmIndices find_arm(const mjModel* model, const RobotDescription& robot) {
+  if (robot.joints.empty()) throw std::runtime_error("the scene has no robot");
+  const auto find = [&](mjtObj type, const std::string& name) {
+    const int id = mj_name2id(model, type, name.c_str());
+    if (id < 0) throw std::runtime_error("the scene's robot lacks '" + name + "'");
+    return id;
+  };
   ArmIndices arm;
-  arm.tool_site = mj_name2id(model, mjOBJ_SITE, "tool");
-  if (arm.tool_site < 0) throw std::runtime_error("the scene has no site 'tool'");
-  std::vector<int> hinges;
+  arm.tool_site = find(mjOBJ_SITE, robot.tool);
+  arm.hand = find(mjOBJ_BODY, robot.hand);
+  for (const auto& name : robot.joints) {
+    const int joint = find(mjOBJ_JOINT, name);
+    if (model->jnt_type[joint] != mjJNT_HINGE) throw std::runtime_error("joint '" + name + "' is no hinge");
+    arm.joint[arm.joints] = joint;
+    arm.qpos[arm.joints] = model->jnt_qposadr[joint];
+    arm.dof[arm.joints++] = model->jnt_dofadr[joint];
+  }
   for (int body = model->site_bodyid[arm.tool_site]; body != 0; body = model->body_parentid[body]) {
-    for (int k = model->body_jntnum[body] - 1; k >= 0; --k) {
+    for (int k = 0; k < model->body_jntnum[body]; ++k) {
       const int joint = model->body_jntadr[body] + k;
-      if (model->jnt_type[joint] == mjJNT_HINGE) hinges.insert(hinges.begin(), joint);
+      const auto end = arm.joint.begin() + static_cast<std::ptrdiff_t>(arm.joints);
+      if (std::find(arm.joint.begin(), end, joint) != end) continue;
+      const char* name = mj_id2name(model, mjOBJ_JOINT, joint);
+      throw std::runtime_error(std::string("joint '") + (name ? name : "") +
+                               "' moves the tool, but the robot's description does not list it");
     }
-  }
-  if (hinges.size() != 7) {
-    throw std::runtime_error("the site 'tool' hangs on " + std::to_string(hinges.size()) +
-                             " hinges, not on 7");
-  }
-  for (std::size_t i = 0; i < hinges.size(); ++i) {
-    arm.joint[i] = hinges[i];
-    arm.qpos[i] = model->jnt_qposadr[hinges[i]];
-    arm.dof[i] = model->jnt_dofadr[hinges[i]];
   }
   return arm;
 }
 
-Kinematics::Kinematics(const Pose& world_from_base, const Pose& flange_from_tool, const JointLimits& limits)
-    : world_from_base_(world_from_base), flange_from_tool_(flange_from_tool), limits_(limits) {}
+namespace {
 
-Kinematics Kinematics::from_model(const mjModel* model) {
-  const ArmIndices arm = find_arm(model);
-  const DataPtr data(mj_makeData(model));
+JointLimits limits_of(const mjModel* model, const ArmIndices& arm) {
   JointLimits limits;
-  for (std::size_t i = 0; i < 7; ++i) {
-    limits.lower[i] = model->jnt_range[2 * arm.joint[i]];
-    limits.upper[i] = model->jnt_range[2 * arm.joint[i] + 1];
+  limits.joints = arm.joints;
+  for (std::size_t i = 0; i < arm.joints; ++i) {
+    const mjtNum* range = model->jnt_range + 2 * arm.joint[i];
+    const bool limited = model->jnt_limited[arm.joint[i]];
+    limits.lower[i] = limited ? range[0] : -std::numbers::pi;
+    limits.upper[i] = limited ? range[1] : std::numbers::pi;
   }
+  return limits;
+}
 
-  // At zero the axes of the first two joints are the base's z and y, and the first one's anchor lies on the
-  // base's z.
-  set_joints(data.get(), arm, {});
-  mj_kinematics(model, data.get());
+/// `data` at zero posture. At zero the axes of the first two joints are the base's z and y, and the first
+/// one's anchor lies on the base's z.
+Kinematics panda_of(const mjData* data, const ArmIndices& arm, const JointLimits& limits) {
   const Vector3d z = Eigen::Map<const Vector3d>(data->xaxis + 3 * arm.joint[0]).normalized();
   const Vector3d y = Eigen::Map<const Vector3d>(data->xaxis + 3 * arm.joint[1]).normalized();
   Matrix3d axes;
@@ -178,13 +187,43 @@ Kinematics Kinematics::from_model(const mjModel* model) {
   world_from_base.position =
       Eigen::Map<const Vector3d>(data->xanchor + 3 * arm.joint[1]) - kBaseToShoulder * z;
   const Pose flange_from_tool =
-      (world_from_base * base_from_flange({})).inverse() * site_pose(data.get(), arm.tool_site);
-  const Kinematics result(world_from_base, flange_from_tool, limits);
+      (world_from_base * base_from_flange({})).inverse() * site_pose(data, arm.tool_site);
+  return {world_from_base, flange_from_tool, limits};
+}
+
+/// `data` at zero posture.
+Kinematics numeric_of(const mjData* data, const ArmIndices& arm, const JointLimits& limits,
+                      const JointVector& home) {
+  std::vector<NumericArm::Hinge> hinges;
+  for (std::size_t i = 0; i < arm.joints; ++i) {
+    hinges.push_back({Eigen::Map<const Vector3d>(data->xaxis + 3 * arm.joint[i]).normalized(),
+                      Eigen::Map<const Vector3d>(data->xanchor + 3 * arm.joint[i])});
+  }
+  return Kinematics(NumericArm(std::move(hinges), site_pose(data, arm.tool_site), limits, home));
+}
+
+}  // namespace
+
+Kinematics::Kinematics(const Pose& world_from_base, const Pose& flange_from_tool, const JointLimits& limits)
+    : world_from_base_(world_from_base), flange_from_tool_(flange_from_tool), limits_(limits) {}
+
+Kinematics::Kinematics(NumericArm arm)
+    : limits_(arm.limits()), numeric_(std::make_shared<const NumericArm>(std::move(arm))) {}
+
+Kinematics Kinematics::from_model(const mjModel* model, const RobotDescription& robot) {
+  const ArmIndices arm = find_arm(model, robot);
+  const DataPtr data(mj_makeData(model));
+  const JointLimits limits = limits_of(model, arm);
+  set_joints(data.get(), arm, {});
+  mj_kinematics(model, data.get());
+  const bool panda = robot.inverse_kinematics == InverseKinematics::panda;
+  const Kinematics result =
+      panda ? panda_of(data.get(), arm, limits) : numeric_of(data.get(), arm, limits, robot.home);
 
   for (int posture = 0; posture <= 8; ++posture) {
-    JointVector q;
-    for (int i = 0; i < 7; ++i) {
-      const double share = 0.5 + 0.45 * std::sin(1.7 * posture + 2.3 * i);
+    JointVector q{};
+    for (std::size_t i = 0; i < arm.joints; ++i) {
+      const double share = 0.5 + 0.45 * std::sin(1.7 * posture + 2.3 * static_cast<double>(i));
       q[i] = limits.lower[i] + share * (limits.upper[i] - limits.lower[i]);
     }
     set_joints(data.get(), arm, q);
@@ -192,17 +231,21 @@ Kinematics Kinematics::from_model(const mjModel* model) {
     const Pose expected = site_pose(data.get(), arm.tool_site), found = result.world_from_tool(q);
     if (position_error_m(expected, found) > 1e-9 ||
         (expected.rotation.toRotationMatrix() - found.rotation.toRotationMatrix()).norm() > 1e-9) {
-      throw std::runtime_error("the arm in the scene has not the dimensions of a Panda");
+      throw std::runtime_error(panda ? "the arm in the scene has not the dimensions of a Panda"
+                                     : "the tool of robot '" + robot.name +
+                                           "' does not hang on its joints alone, in their order");
     }
   }
   return result;
 }
 
 Pose Kinematics::world_from_tool(const JointVector& q) const {
+  if (numeric_) return numeric_->world_from_tool(q);
   return world_from_base_ * base_from_flange(q) * flange_from_tool_;
 }
 
 std::vector<JointVector> Kinematics::solve(const Pose& world_from_tool, double q7) const {
+  if (numeric_) return {};
   const Wrist wrist =
       wrist_of(world_from_base_.inverse() * world_from_tool * flange_from_tool_.inverse(), q7);
   const Vector3d to_shoulder = Vector3d(0, 0, kBaseToShoulder) - wrist.center;
@@ -235,6 +278,7 @@ std::vector<JointVector> Kinematics::solve(const Pose& world_from_tool, double q
 
 std::vector<JointVector> Kinematics::solve_all(const Pose& world_from_tool, const JointVector& near,
                                                int samples) const {
+  if (numeric_) return numeric_->solve_all(world_from_tool, near);
   std::vector<JointVector> found = solve(world_from_tool, near[6]);
   for (int i = 0; i < samples; ++i) {
     const double share = samples > 1 ? double(i) / (samples - 1) : 0.5;
@@ -246,6 +290,17 @@ std::vector<JointVector> Kinematics::solve_all(const Pose& world_from_tool, cons
     return joint_distance(a, near) < joint_distance(b, near);
   });
   return found;
+}
+
+std::optional<JointVector> Kinematics::follow(const Pose& world_from_tool, const JointVector& near,
+                                              const JointVector& posture) const {
+  if (numeric_) return numeric_->solve_from(world_from_tool, near, posture);
+  const auto candidates = solve(world_from_tool, posture[6]);
+  const auto nearest = std::min_element(
+      candidates.begin(), candidates.end(),
+      [&](const auto& a, const auto& b) { return joint_distance(a, near) < joint_distance(b, near); });
+  if (nearest == candidates.end()) return std::nullopt;
+  return *nearest;
 }
 
 }  // namespace flowscope

@@ -37,29 +37,6 @@ std::string place_of(const Pose& pose) {
   return text("(%.3f, %.3f, %.3f) m", pose.position.x(), pose.position.y(), pose.position.z());
 }
 
-/// What the joints and the fingers were last told (the world keeps it in the actuators' inputs): what does
-/// not move goes on holding with that.
-struct Commanded {
-  JointVector q{};
-  double openness = 1;
-};
-
-Commanded commanded(const World& world) {
-  const mjModel* model = world.model();
-  const ArmIndices arm = find_arm(model);
-  Commanded result{world.frame().q, world.frame().openness};
-  for (int i = 0; i < model->nu; ++i) {
-    if (model->actuator_trntype[i] != mjTRN_JOINT) continue;
-    const int joint = model->actuator_trnid[2 * i];
-    const double input = world.data()->ctrl[i];
-    const auto in_arm = std::find(arm.joint.begin(), arm.joint.end(), joint);
-    if (in_arm != arm.joint.end()) result.q[static_cast<std::size_t>(in_arm - arm.joint.begin())] = input;
-    const bool finger = model->body_parentid[model->jnt_bodyid[joint]] == model->site_bodyid[arm.tool_site];
-    if (finger) result.openness = std::clamp(input / model->jnt_range[2 * joint + 1], 0.0, 1.0);
-  }
-  return result;
-}
-
 /// One motion in progress: sends frames on and knows when to end.
 class Run {
  public:
@@ -87,13 +64,18 @@ class Run {
 
 MotionResult failed(MotionFailure failure, std::string message) { return {failure, std::move(message)}; }
 
+MotionResult no_robot() {
+  return failed(MotionFailure::unreachable,
+                "the scene is open for viewing: nothing says which robot is in it");
+}
+
 class Mover {
  public:
   Mover(World& world, const MoveRequest& request, std::stop_token stop)
       : world_(world),
         request_(request),
         stop_(std::move(stop)),
-        kinematics_(Kinematics::from_model(world.model())),
+        kinematics_(Kinematics::from_model(world.model(), world.task().robot())),
         start_(world.frame().q) {}
 
   MotionResult run(const FrameSink& sink) {
@@ -133,7 +115,7 @@ class Mover {
   void prefer_room_to_move(std::vector<JointVector>& postures) const {
     const auto cost = [this](const JointVector& q) {
       double room = kRoom_rad;
-      for (std::size_t i = 0; i < q.size(); ++i) {
+      for (std::size_t i = 0; i < kinematics_.limits().joints; ++i) {
         room = std::min({room, q[i] - kinematics_.limits().lower[i], kinematics_.limits().upper[i] - q[i]});
       }
       return joint_distance(q, start_) + kLackOfRoom * (kRoom_rad - room);
@@ -225,8 +207,8 @@ class Mover {
 
   MotionResult follow(const JointPath& path, const FrameSink& sink) const {
     Run run(world_, sink, stop_);
-    const double openness = commanded(world_).openness;
-    for (const auto& target : timed_targets(path)) {
+    const double openness = world_.openness_target();
+    for (const auto& target : timed_targets(path, world_.task().robot().limits)) {
       if (!run.advance(target, openness)) return ended(run);
     }
     // No longer than until the arm counts as still: a gripper move that comes next then belongs to this stop.
@@ -285,6 +267,7 @@ const char* to_string(MotionFailure failure) {
 }
 
 MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink, std::stop_token stop) {
+  if (world.task().robot().joints.empty()) return no_robot();
   try {
     return Mover(world, request, std::move(stop)).run(sink);
   } catch (const SimulationFailed& error) {
@@ -293,16 +276,18 @@ MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& 
 }
 
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop) {
+  if (world.task().robot().joints.empty()) return no_robot();
   try {
-    const Commanded before = commanded(world);
-    const bool closing = openness < before.openness;
+    const JointVector q = world.joint_targets();
+    const double before = world.openness_target();
+    const bool closing = openness < before;
     if (!closing) world.release();
     Run run(world, sink, std::move(stop));
     for (int i = 0; i < kGripperFrames; ++i) {
       // Fingers open at once, but they close on things: evenly, or they would squeeze a light object out of
       // its place.
       const double share = closing ? double(i + 1) / kGripperFrames : 1;
-      if (!run.advance(before.q, std::lerp(before.openness, openness, share))) {
+      if (!run.advance(q, std::lerp(before, openness, share))) {
         return run.cancelled() ? failed(MotionFailure::cancelled, "cancelled") : MotionResult{};
       }
     }

@@ -34,9 +34,9 @@ JointVector between(const JointVector& a, const JointVector& b, double share) {
   return q;
 }
 
-JointVector joints_of(const ob::State* state) {
-  JointVector q;
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = state->as<RealState>()->values[i];
+JointVector joints_of(const ob::State* state, std::size_t joints) {
+  JointVector q{};
+  for (std::size_t i = 0; i < joints; ++i) q[i] = state->as<RealState>()->values[i];
   return q;
 }
 
@@ -177,9 +177,10 @@ class Search {
   }
 
   JointPath grow() {
-    auto space = std::make_shared<ob::RealVectorStateSpace>(7);
-    ob::RealVectorBounds bounds(7);
-    for (unsigned i = 0; i < 7; ++i) {
+    const auto joints = static_cast<unsigned>(limits_.joints);
+    auto space = std::make_shared<ob::RealVectorStateSpace>(joints);
+    ob::RealVectorBounds bounds(joints);
+    for (unsigned i = 0; i < joints; ++i) {
       // A simulated joint may rest a hair beyond its limit.
       bounds.setLow(i, std::min(limits_.lower[i], start_[i]));
       bounds.setHigh(i, std::max(limits_.upper[i], start_[i]));
@@ -190,14 +191,15 @@ class Search {
     space->setLongestValidSegmentFraction(kSearchResolution_rad / space->getMaximumExtent());
 
     og::SimpleSetup setup(space);
-    setup.setStateValidityChecker([this](const ob::State* state) { return check_(joints_of(state)); });
+    setup.setStateValidityChecker(
+        [this](const ob::State* state) { return check_(joints_of(state, limits_.joints)); });
     ob::ScopedState<ob::RealVectorStateSpace> start(space);
-    for (unsigned i = 0; i < 7; ++i) start[i] = start_[i];
+    for (unsigned i = 0; i < joints; ++i) start[i] = start_[i];
     setup.setStartState(start);
     auto goal_states = std::make_shared<ob::GoalStates>(setup.getSpaceInformation());
     for (const auto& q : goals_) {
       ob::ScopedState<ob::RealVectorStateSpace> goal(space);
-      for (unsigned i = 0; i < 7; ++i) goal[i] = q[i];
+      for (unsigned i = 0; i < joints; ++i) goal[i] = q[i];
       goal_states->addState(goal);
     }
     setup.setGoal(goal_states);
@@ -210,7 +212,7 @@ class Search {
     const ob::PlannerTerminationCondition ends([this] { return --left_, over(); });
     if (setup.solve(ends) != ob::PlannerStatus::EXACT_SOLUTION) return {};
     JointPath path;
-    for (const auto* state : setup.getSolutionPath().getStates()) path.push_back(joints_of(state));
+    for (const auto* state : setup.getSolutionPath().getStates()) path.push_back(joints_of(state, joints));
     return path;
   }
 

@@ -82,6 +82,10 @@ class ScriptRun {
           "the script is for task '" + script_.task + "', the scene is '" + world_.task().name() + "'";
       return false;
     }
+    if (script_.steps.empty()) {
+      report.reason = "the scene has no demonstration of its own: write a script";
+      return false;
+    }
     for (std::size_t i = 0; i < script_.steps.size() && !world_.success(); ++i) {
       const MotionResult result = execute(script_.steps[i], i);
       if (result || world_.success()) continue;
@@ -144,6 +148,7 @@ class ScriptRun {
   }
 
   bool await_success(RunReport& report) {
+    if (world_.terms().empty()) return true;  // a scene without success terms: what ran through is done
     try {
       const auto q = frames_.back().q;
       const double openness = frames_.back().openness;
@@ -191,6 +196,17 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& obs
 }
 
 }  // namespace
+
+std::vector<std::string> observation_cameras(const mjModel* model) {
+  std::vector<std::string> found, own;
+  for (const char* name : {"front", "left_shoulder", "right_shoulder", "wrist"}) {
+    if (mj_name2id(model, mjOBJ_CAMERA, name) >= 0) found.emplace_back(name);
+  }
+  for (int i = 0; i < model->ncam; ++i) {
+    if (const char* name = mj_id2name(model, mjOBJ_CAMERA, i)) own.emplace_back(name);
+  }
+  return found.empty() ? own : found;
+}
 
 RunReport run_script(World& world, const Script& script, const Observe& observe,
                      const std::function<void(const Frame&)>& on_frame, std::stop_token stop) {

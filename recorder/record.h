@@ -11,7 +11,7 @@
 
 namespace flowscope {
 
-/// Takes the four 128x128 pictures of a state; the caller provides it because only one thread may own a
+/// Takes the 128x128 pictures of a state; the caller provides it because only one thread may own a
 /// renderer.
 using Observe = std::function<Observation(const SceneState&)>;
 
@@ -24,11 +24,9 @@ struct RunReport {
   double sim_seconds = 0, wall_seconds = 0;
 };
 
-/// The cameras of a policy's observation, in order.
-inline const std::vector<std::string>& observation_cameras() {
-  static const std::vector<std::string> names{"front", "left_shoulder", "right_shoulder", "wrist"};
-  return names;
-}
+/// The cameras of a policy's observation, in order: those of front, left_shoulder, right_shoulder and wrist
+/// that the scene has; a scene with none of these is seen through all its own.
+std::vector<std::string> observation_cameras(const mjModel_* model);
 inline constexpr int observation_size = 128;  ///< pixels
 
 /// Runs `script` from the world's present state (reset before), ends after the step that succeeded like the

@@ -35,6 +35,16 @@ std::vector<std::string> TaskLibrary::names() const {
   return result;
 }
 
+void TaskLibrary::add(std::shared_ptr<const Task> task) {
+  const std::string name = task->name();
+  if (!folders_.emplace(name, std::filesystem::path()).second) {
+    throw std::invalid_argument("a task is called '" + name +
+                                "' already: give the scene's file another name");
+  }
+  const std::lock_guard lock(mutex_);
+  loaded_[name] = std::move(task);
+}
+
 std::shared_ptr<const Task> TaskLibrary::get(const std::string& name) const {
   const auto folder = folders_.find(name);
   if (folder == folders_.end()) {

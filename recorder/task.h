@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "recorder/robot.h"
 #include "recorder/script.h"
 #include "render/observation.h"
 
@@ -62,6 +63,8 @@ class Task {
   virtual std::optional<double> published_keyframes() const { return {}; }
   /// Compiled scene (robot + table + cameras + objects). The task owns it.
   virtual const mjModel_* model() const = 0;
+  /// The robot in that scene; an empty description when it has none.
+  virtual const RobotDescription& robot() const = 0;
   /// Places and colours everything in model/data for this variation and seed and settles nothing (the world
   /// does). `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
   virtual Episode reset(mjModel_* model, mjData_* data, int variation, std::uint64_t seed) const = 0;
@@ -74,6 +77,9 @@ class TaskLibrary {
  public:
   /// `assets` holds robots/, scenes/, tasks/. `extra` adds folders of tasks (--tasks DIR).
   explicit TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra = {});
+  /// One more, of another kind or place; before others use the library. Throws std::invalid_argument when its
+  /// name is taken.
+  void add(std::shared_ptr<const Task> task);
   std::vector<std::string> names() const;
   /// Throws std::invalid_argument naming the known ones, or BadScript/std::runtime_error naming file and
   /// line.

@@ -2,63 +2,16 @@
 
 #include <mujoco/mujoco.h>
 
-#include <array>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
+#include "recorder/scene_files.h"
 #include "recorder/success.h"
 #include "recorder/task_placement.h"
 #include "recorder/task_variations.h"
-#include "render/mujoco_guard.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {
-
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::runtime_error(file.string() + ": can not be read");
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// The shared scene files under their bare names: an <include> finds them wherever the task's folder lies.
-class SharedFiles {
- public:
-  explicit SharedFiles(const std::filesystem::path& assets) {
-    mj_defaultVFS(files_.get());
-    for (const char* folder : {"robots", "scenes"}) {
-      if (!std::filesystem::is_directory(assets / folder)) continue;
-      for (const auto& entry : std::filesystem::directory_iterator(assets / folder)) {
-        if (entry.path().extension() == ".xml") add(entry.path());
-      }
-    }
-  }
-  ~SharedFiles() { mj_deleteVFS(files_.get()); }
-  SharedFiles(const SharedFiles&) = delete;
-  SharedFiles& operator=(const SharedFiles&) = delete;
-  const mjVFS* get() const { return files_.get(); }
-
- private:
-  void add(const std::filesystem::path& path) {
-    const std::string text = read_text(path), name = path.filename().string();
-    if (mj_makeEmptyFileVFS(files_.get(), name.c_str(), static_cast<int>(text.size())) != 0) {
-      throw std::runtime_error(path.string() + ": its name is taken by another shared scene file");
-    }
-    std::memcpy(files_->filedata[mj_findFileVFS(files_.get(), name.c_str())], text.data(), text.size());
-  }
-  std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();  // 2 MB: not on a stack
-};
-
-ModelPtr compile(const std::filesystem::path& file, const std::filesystem::path& assets) {
-  install_mujoco_guard();
-  const SharedFiles shared(assets);
-  std::array<char, 1000> error{};
-  ModelPtr model(mj_loadXML(file.c_str(), shared.get(), error.data(), static_cast<int>(error.size())));
-  if (!model) throw std::runtime_error(file.string() + ": " + error.data());
-  return model;
-}
 
 class FolderTask : public Task {
  public:
@@ -66,11 +19,12 @@ class FolderTask : public Task {
       : name_(folder.filename().string()),
         reader_((folder / "task.yaml").string()),
         root_(reader_.parse(read_text(folder / "task.yaml"))),
-        model_(compile(folder / "scene.xml", assets)),
-        arm_(Kinematics::from_model(model_.get())) {
+        model_(SceneFiles(assets).compile(folder / "scene.xml")),
+        robot_(find_robot(folder, assets)),
+        arm_(Kinematics::from_model(model_.get(), robot_)) {
     reader_.check_keys(root_, "task",
-                       {"bounds", "keyframes", "published_keyframes", "variations", "draw", "instructions",
-                        "colors", "placement", "success", "demonstration"});
+                       {"robot", "bounds", "keyframes", "published_keyframes", "variations", "draw",
+                        "instructions", "colors", "placement", "success", "demonstration"});
     read_bounds();
     keyframes_ = reader_.integer(reader_.require(root_, "keyframes"), "keyframes", 1, 1000);
     if (const TaskNode* mean = root_.find("published_keyframes"))
@@ -86,6 +40,7 @@ class FolderTask : public Task {
   int keyframes() const override { return keyframes_; }
   std::optional<double> published_keyframes() const override { return published_keyframes_; }
   const mjModel* model() const override { return model_.get(); }
+  const RobotDescription& robot() const override { return robot_; }
 
   std::vector<std::string> instructions(int variation) const override {
     const TaskNode filled = reader_.fill(reader_.require(root_, "instructions"), bound(variation));
@@ -112,7 +67,7 @@ class FolderTask : public Task {
     std::copy_n(model_->eq_active, model_->neq, model->eq_active);
     std::copy_n(model_->eq_data, mjNEQDATA * model_->neq, model->eq_data);
     paint(variables, model);
-    place(placement_, episode.demonstration, bounds_, arm_, random, model, data);
+    place(placement_, robot_, episode.demonstration, bounds_, arm_, random, model, data);
     return episode;
   }
 
@@ -124,6 +79,20 @@ class FolderTask : public Task {
   }
 
  private:
+  /// `robot: ur5` is one of the shared robots, `robot: mine.yaml` a file in the task's own folder.
+  RobotDescription find_robot(const std::filesystem::path& folder,
+                              const std::filesystem::path& assets) const {
+    const TaskNode* node = root_.is_map() ? root_.find("robot") : nullptr;
+    if (!node) return read_robot(assets / "robots" / "panda.yaml");
+    const std::filesystem::path name = reader_.text(*node, "robot");
+    const auto file =
+        name.extension() == ".yaml" ? folder / name : assets / "robots" / (name.string() + ".yaml");
+    if (!std::filesystem::is_regular_file(file)) {
+      reader_.fail(*node, "there is no robot '" + name.string() + "' (" + file.string() + ")");
+    }
+    return read_robot(file);
+  }
+
   const Variables& bound(int variation) const {
     if (variation < 0 || variation >= variations()) {
       throw std::invalid_argument("task " + name_ + " has variations 0 to " +
@@ -215,6 +184,7 @@ class FolderTask : public Task {
   TaskReader reader_;
   TaskNode root_;
   ModelPtr model_;
+  RobotDescription robot_;
   Kinematics arm_;
   Box bounds_;
   int keyframes_ = 0;

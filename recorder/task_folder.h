@@ -1,5 +1,7 @@
 // A task read from its folder. The file task.yaml:
 //
+//   robot: ur5                                   assets/robots/ur5.yaml, or mine.yaml in this folder; panda
+//   where it is left out
 //   bounds: {min: [x, y, z], max: [x, y, z]}     keyframe box, metres, world
 //   keyframes: 6                                 keyframes of the longest demonstration
 //   published_keyframes: 5.5                     optional: their mean in the benchmark's demonstrations

@@ -7,15 +7,11 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "recorder/world_robot.h"
-
 namespace flowscope {
 namespace {
 
 constexpr int kTries = 20'000;
 constexpr double kTracking = 0.001;  // metres
-/// What the robot's base covers, metres, in the world.
-const Footprint kRobot{{-0.30, 0}, 0, 0.14, 0.11};
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 Range read_range(const TaskReader& reader, const TaskNode& map, const std::string& key, double unit) {
@@ -96,12 +92,17 @@ bool on_table(const mjModel* model, const mjData* data, const Footprint& footpri
 }
 
 /// Draws all objects; false when two footprints come too close.
-bool draw_objects(const Placement& placement, TaskRandom& random, const mjModel* model, mjData* data) {
+bool draw_objects(const Placement& placement, const RobotDescription& robot, TaskRandom& random,
+                  const mjModel* model, mjData* data) {
   const double root_x = placement.root_x.draw(random), root_y = placement.root_y.draw(random);
   const double root_yaw = placement.root_yaw.draw(random);
   const Pose world_from_root =
       planar(placement.root.x() + root_x, placement.root.y() + root_y, placement.root.z(), root_yaw);
-  std::vector<Footprint> placed{kRobot};
+  const auto& [size_x, size_y] = robot.footprint_size;
+  std::vector<Footprint> placed;
+  if (size_x > 0 && size_y > 0) {
+    placed.push_back({{robot.footprint_center[0], robot.footprint_center[1]}, 0, size_x / 2, size_y / 2});
+  }
   for (const auto& object : placement.objects) {
     const double x = object.x.draw(random), y = object.y.draw(random), z = object.z.draw(random);
     const double yaw = object.yaw.draw(random);
@@ -145,12 +146,12 @@ bool within(const Waypoint& waypoint, const Box& bounds) {
 }
 
 /// In one of the rotations that the step calls as good.
-bool reachable(const Waypoint& waypoint, const Kinematics& arm) {
+bool reachable(const Waypoint& waypoint, const Kinematics& arm, const JointVector& home) {
   const int folds = waypoint.yaw_symmetry == 0 ? 4 : std::min(waypoint.yaw_symmetry, 8);
   for (int i = 0; i < folds; ++i) {
     const double yaw = 2 * std::numbers::pi * i / folds;
     const Pose world_from_tool = waypoint.world_from_frame * planar(0, 0, 0, yaw) * waypoint.frame_from_tool;
-    if (!arm.solve_all(world_from_tool, home_joints).empty()) return true;
+    if (!arm.solve_all(world_from_tool, home).empty()) return true;
   }
   return false;
 }
@@ -200,15 +201,16 @@ Placement read_placement(const TaskReader& reader, const TaskNode& node, const m
   return placement;
 }
 
-void place(const Placement& placement, const Script& demonstration, const Box& bounds, const Kinematics& arm,
-           TaskRandom& random, const mjModel* model, mjData* data) {
+void place(const Placement& placement, const RobotDescription& robot, const Script& demonstration,
+           const Box& bounds, const Kinematics& arm, TaskRandom& random, const mjModel* model, mjData* data) {
   mj_kinematics(model, data);
   for (int i = 0; i < kTries; ++i) {
-    if (!draw_objects(placement, random, model, data)) continue;
+    if (!draw_objects(placement, robot, random, model, data)) continue;
     mj_kinematics(model, data);
     const auto wanted = waypoints(demonstration, model, data);
     if (std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return within(each, bounds); }) &&
-        std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return reachable(each, arm); })) {
+        std::all_of(wanted.begin(), wanted.end(),
+                    [&](const auto& each) { return reachable(each, arm, robot.home); })) {
       return;
     }
   }

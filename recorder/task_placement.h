@@ -50,8 +50,9 @@ Placement read_placement(const TaskReader& reader, const TaskNode& node, const m
 
 /// Writes one accepted placement into `data` and brings its kinematics up to date. Throws std::runtime_error
 /// when none is found in a bounded number of tries.
-void place(const Placement& placement, const Script& demonstration, const Box& bounds, const Kinematics& arm,
-           TaskRandom& random, const mjModel_* model, mjData_* data);
+void place(const Placement& placement, const RobotDescription& robot, const Script& demonstration,
+           const Box& bounds, const Kinematics& arm, TaskRandom& random, const mjModel_* model,
+           mjData_* data);
 
 /// Smallest distance between two upright boxes seen from above; 0 when they overlap.
 struct Footprint {

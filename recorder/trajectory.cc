@@ -35,20 +35,18 @@ Pose between(const Pose& a, const Pose& b, double share) {
   return {a.position + share * (b.position - a.position), a.rotation.slerp(share, b.rotation)};
 }
 
-/// The line with q7 going evenly to `goal`'s, every other joint following its branch. Ends early where that
-/// breaks.
+/// The line with what the poses leave open going evenly to `goal`'s, every other joint following its branch.
+/// Ends early where that breaks.
 JointPath follow_branch(const Kinematics& kinematics, const JointVector& start, const Pose& from,
                         const Pose& to, const JointVector& goal, int steps) {
   JointPath path{start};
   for (int i = 1; i <= steps; ++i) {
     const double share = double(i) / steps;
-    const auto candidates = kinematics.solve(between(from, to, share), std::lerp(start[6], goal[6], share));
-    const auto nearest =
-        std::min_element(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
-          return joint_distance(a, path.back()) < joint_distance(b, path.back());
-        });
-    if (nearest == candidates.end() || joint_distance(*nearest, path.back()) > kLargestJump_rad) break;
-    path.push_back(*nearest);
+    JointVector posture{};
+    for (std::size_t k = 0; k < posture.size(); ++k) posture[k] = std::lerp(start[k], goal[k], share);
+    const auto next = kinematics.follow(between(from, to, share), path.back(), posture);
+    if (!next || joint_distance(*next, path.back()) > kLargestJump_rad) break;
+    path.push_back(*next);
   }
   return path;
 }

@@ -5,12 +5,6 @@
 
 namespace flowscope {
 
-struct MotionLimits {
-  double velocity = 1.5;      ///< rad/s, any joint
-  double acceleration = 6.0;  ///< rad/s^2, any joint, along straight stretches of the path
-  double deceleration = 3.0;  ///< gentler, so that a heavy arm does not swing past the end
-};
-
 /// Joint targets at 20 Hz along `path`: starts from rest, ends at rest exactly at its last corner, and never
 /// slows down in between (so that nothing but its end looks like a stop). The present posture, path.front(),
 /// is not among them.

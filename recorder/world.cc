@@ -33,7 +33,8 @@ std::vector<double> copied(const mjtNum* values, int count) { return {values, va
 }  // namespace
 
 struct World::Impl {
-  explicit Impl(std::shared_ptr<const Task> its_task) : task(std::move(its_task)), robot(task->model()) {
+  explicit Impl(std::shared_ptr<const Task> its_task)
+      : task(std::move(its_task)), robot(task->model(), task->robot()) {
     rebuild();
   }
 
@@ -103,7 +104,7 @@ struct World::Impl {
     episode = task->reset(model.get(), data.get(), variation, seed);
     success = false;
     mj_forward(model.get(), data.get());
-    for (int i = 0; i < kSettleFrames; ++i) frame(home_joints, 1, false);
+    for (int i = 0; i < kSettleFrames; ++i) frame(task->robot().home, 1, false);
     data->time = 0;
     start_qpos = copied(data->qpos, model->nq);
     check = task->success(model.get(), data.get(), episode);
@@ -234,6 +235,9 @@ void World::restore(const SceneState& state) {
   impl_->refresh();
   impl_->judge();
 }
+
+std::array<double, 7> World::joint_targets() const { return impl_->robot.joint_targets(impl_->data.get()); }
+double World::openness_target() const { return impl_->robot.openness_target(impl_->data.get()); }
 
 RobotState World::robot() const {
   const mjData* data = impl_->data.get();

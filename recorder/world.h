@@ -53,6 +53,9 @@ class World {
   SceneState state() const;
   void restore(const SceneState& state);  ///< throws std::invalid_argument when sizes differ
   RobotState robot() const;
+  /// What joints (rad) and fingers were last told: what does not move goes on holding with that.
+  std::array<double, 7> joint_targets() const;
+  double openness_target() const;
   Pose world_from(const std::string& frame)
       const;  ///< world, tool, body or site; throws std::invalid_argument with the known names
   const mjModel_* model() const;

@@ -10,9 +10,6 @@
 namespace flowscope {
 namespace {
 
-constexpr double kFingerTravel = 0.04;  ///< metres, each finger
-constexpr double kSqueeze = 0.0005;     ///< metres: how far each finger presses into what it holds
-
 int find(const mjModel* model, mjtObj type, const std::string& name) {
   const int id = mj_name2id(model, type, name.c_str());
   if (id < 0) throw std::runtime_error("the scene's robot lacks '" + name + "'");
@@ -21,25 +18,22 @@ int find(const mjModel* model, mjtObj type, const std::string& name) {
 
 }  // namespace
 
-WorldRobot::WorldRobot(const mjModel* model) {
-  for (std::size_t i = 0; i < 7; ++i) {
-    const std::string number = std::to_string(i + 1);
-    const int joint = find(model, mjOBJ_JOINT, "joint" + number);
-    qpos_[i] = model->jnt_qposadr[joint];
-    dof_[i] = model->jnt_dofadr[joint];
-    damping_[i] = model->dof_damping[dof_[i]];
-    actuator_[i] = find(model, mjOBJ_ACTUATOR, "actuator" + number);
+WorldRobot::WorldRobot(const mjModel* model, const RobotDescription& robot) : squeeze_(robot.squeeze) {
+  if (robot.joints.empty()) return;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const int joint = find(model, mjOBJ_JOINT, robot.joints[i]), dof = model->jnt_dofadr[joint];
+    joints_.push_back({model->jnt_qposadr[joint], dof, find(model, mjOBJ_ACTUATOR, robot.actuators[i]),
+                       model->dof_damping[dof], robot.home[i]});
   }
-  for (std::size_t i = 0; i < 2; ++i) {
-    const std::string number = std::to_string(i + 1);
-    const int joint = find(model, mjOBJ_JOINT, "finger_joint" + number);
-    finger_qpos_[i] = model->jnt_qposadr[joint];
-    finger_dof_[i] = model->jnt_dofadr[joint];
-    finger_actuator_[i] = find(model, mjOBJ_ACTUATOR, "finger_actuator" + number);
+  for (const auto& finger : robot.fingers) {
+    const int joint = find(model, mjOBJ_JOINT, finger.joint);
+    const int actuator = finger.actuator.empty() ? -1 : find(model, mjOBJ_ACTUATOR, finger.actuator);
+    fingers_.push_back(
+        {model->jnt_qposadr[joint], model->jnt_dofadr[joint], actuator, finger.open, finger.closed});
   }
-  tool_site_ = find(model, mjOBJ_SITE, "tool");
-  attach_site_ = find(model, mjOBJ_SITE, "attach");
-  hand_ = find(model, mjOBJ_BODY, "hand");
+  tool_site_ = find(model, mjOBJ_SITE, robot.tool);
+  attach_site_ = find(model, mjOBJ_SITE, robot.attach);
+  hand_ = find(model, mjOBJ_BODY, robot.hand);
   for (int i = 0; i < model->neq; ++i) {
     if (model->eq_type[i] == mjEQ_WELD && model->eq_obj1id[i] == hand_)
       grasps_.push_back({i, model->eq_obj2id[i]});
@@ -47,57 +41,79 @@ WorldRobot::WorldRobot(const mjModel* model) {
 }
 
 void WorldRobot::go_home(mjData* data) const {
-  for (std::size_t i = 0; i < 7; ++i) data->qpos[qpos_[i]] = data->ctrl[actuator_[i]] = home_joints[i];
-  for (std::size_t i = 0; i < 2; ++i)
-    data->qpos[finger_qpos_[i]] = data->ctrl[finger_actuator_[i]] = kFingerTravel;
+  for (const auto& joint : joints_) data->qpos[joint.qpos] = data->ctrl[joint.actuator] = joint.home;
+  for (const auto& finger : fingers_) {
+    data->qpos[finger.qpos] = finger.open;
+    if (finger.actuator >= 0) data->ctrl[finger.actuator] = finger.open;
+  }
 }
 
 std::array<double, 7> WorldRobot::joint_targets(const mjData* data) const {
   std::array<double, 7> targets{};
-  for (std::size_t i = 0; i < 7; ++i) targets[i] = data->ctrl[actuator_[i]];
+  for (std::size_t i = 0; i < joints_.size(); ++i) targets[i] = data->ctrl[joints_[i].actuator];
   return targets;
+}
+
+double WorldRobot::openness_target(const mjData* data) const {
+  double openness = 1;
+  for (const auto& finger : fingers_) {
+    if (finger.actuator < 0) continue;
+    const double input = data->ctrl[finger.actuator];
+    openness = std::clamp((input - finger.closed) / (finger.open - finger.closed), 0.0, 1.0);
+  }
+  return openness;
 }
 
 void WorldRobot::drive(mjData* data, const std::array<double, 7>& target,
                        const std::array<double, 7>& target_speed, double openness, bool holding) const {
-  for (std::size_t i = 0; i < 7; ++i) {
-    data->ctrl[actuator_[i]] = target[i];
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const Joint& joint = joints_[i];
+    data->ctrl[joint.actuator] = target[i];
     // Gravity and Coriolis forces cancelled, and damping only against what the target does not ask for: the
     // arm then follows a moving target without lag.
-    data->qfrc_applied[dof_[i]] = data->qfrc_bias[dof_[i]] + damping_[i] * target_speed[i];
+    data->qfrc_applied[joint.dof] = data->qfrc_bias[joint.dof] + joint.damping * target_speed[i];
   }
-  for (std::size_t i = 0; i < 2; ++i) {
-    double& finger = data->ctrl[finger_actuator_[i]];
+  for (const auto& finger : fingers_) {
+    data->qfrc_applied[finger.dof] = data->qfrc_bias[finger.dof];
+    if (finger.actuator < 0) continue;
+    double& input = data->ctrl[finger.actuator];
     // What is held is welded; closing further would only press it out of its place.
-    finger = holding ? std::max(openness * kFingerTravel, finger) : openness * kFingerTravel;
-    data->qfrc_applied[finger_dof_[i]] = data->qfrc_bias[finger_dof_[i]];
+    input = holding ? finger.wider(finger.at(openness), input) : finger.at(openness);
   }
 }
 
 std::array<double, 7> WorldRobot::positions(const mjData* data) const {
   std::array<double, 7> q{};
-  for (std::size_t i = 0; i < 7; ++i) q[i] = data->qpos[qpos_[i]];
+  for (std::size_t i = 0; i < joints_.size(); ++i) q[i] = data->qpos[joints_[i].qpos];
   return q;
 }
 
 std::array<double, 7> WorldRobot::speeds(const mjData* data) const {
   std::array<double, 7> dq{};
-  for (std::size_t i = 0; i < 7; ++i) dq[i] = data->qvel[dof_[i]];
+  for (std::size_t i = 0; i < joints_.size(); ++i) dq[i] = data->qvel[joints_[i].dof];
   return dq;
 }
 
 double WorldRobot::openness(const mjData* data) const {
-  const double width = data->qpos[finger_qpos_[0]] + data->qpos[finger_qpos_[1]];
-  return std::clamp(width / (2 * kFingerTravel), 0.0, 1.0);
+  double opened = 0, travel = 0;
+  for (const auto& finger : fingers_) {
+    if (finger.actuator < 0) continue;
+    const double sign = finger.open > finger.closed ? 1 : -1;
+    opened += sign * (data->qpos[finger.qpos] - finger.closed);
+    travel += sign * (finger.open - finger.closed);
+  }
+  return travel > 0 ? std::clamp(opened / travel, 0.0, 1.0) : 1;
 }
 
 Pose WorldRobot::world_from_tool(const mjData* data) const {
+  if (tool_site_ < 0) return {};
   Eigen::Vector4d wxyz;
   mju_mat2Quat(wxyz.data(), data->site_xmat + 9 * tool_site_);
   return Pose::from_wxyz(Eigen::Map<const Eigen::Vector3d>(data->site_xpos + 3 * tool_site_), wxyz);
 }
 
 bool WorldRobot::grasp(mjModel* model, mjData* data) const {
+  if (grasps_.empty()) return false;
   const SensorBox box = sensor_box(model, data, attach_site_);
   bool taken = false;
   for (const auto& [equality, body] : grasps_) {
@@ -116,8 +132,10 @@ bool WorldRobot::grasp(mjModel* model, mjData* data) const {
     taken = true;
   }
   if (taken) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      data->ctrl[finger_actuator_[i]] = std::max(0.0, data->qpos[finger_qpos_[i]] - kSqueeze);
+    for (const auto& finger : fingers_) {
+      if (finger.actuator < 0) continue;
+      const double pressed = data->qpos[finger.qpos] - (finger.open > finger.closed ? squeeze_ : -squeeze_);
+      data->ctrl[finger.actuator] = finger.wider(finger.closed, pressed);
     }
   }
   return taken;

@@ -6,23 +6,25 @@
 #include <vector>
 
 #include "recorder/demo.h"
+#include "recorder/robot.h"
 
 struct mjModel_;
 struct mjData_;
 
 namespace flowscope {
 
-inline constexpr std::array<double, 7> home_joints{0, 0.1745, 0, -0.8727, 0, 1.2217, 0.7854};  ///< rad
-
-/// Names are those of assets/robots/panda.xml. Holds indices only; the caller owns model and data.
+/// Holds indices only; the caller owns model and data. Without a robot (an empty description) nothing is
+/// driven and the tool is the world's origin. Arrays of joints: those that the arm has not stay 0.
 class WorldRobot {
  public:
   /// Throws std::runtime_error when a part is missing.
-  explicit WorldRobot(const mjModel_* model);
+  WorldRobot(const mjModel_* model, const RobotDescription& robot);
 
   /// Home posture, fingers open, at rest.
   void go_home(mjData_* data) const;
+  /// What joints (rad) and fingers (0 closed, 1 open) were last told.
   std::array<double, 7> joint_targets(const mjData_* data) const;
+  double openness_target(const mjData_* data) const;
   /// Between both halves of a physics step: actuator targets, gravity and damping compensation.
   void drive(mjData_* data, const std::array<double, 7>& target, const std::array<double, 7>& target_speed,
              double openness, bool holding) const;
@@ -41,11 +43,22 @@ class WorldRobot {
   struct Grasp {
     int equality = 0, body = 0;
   };
-  std::array<int, 7> qpos_{}, dof_{}, actuator_{};
-  std::array<int, 2> finger_qpos_{}, finger_dof_{}, finger_actuator_{};
-  std::array<double, 7> damping_{};
+  struct Joint {
+    int qpos = 0, dof = 0, actuator = 0;
+    double damping = 0, home = 0;
+  };
+  struct Finger {
+    int qpos = 0, dof = 0, actuator = -1;  ///< actuator -1: an equality moves it
+    double open = 0, closed = 0;
+    double at(double openness) const { return closed + openness * (open - closed); }
+    /// The wider of two values.
+    double wider(double a, double b) const { return (a < b) == (closed < open) ? b : a; }
+  };
+  std::vector<Joint> joints_;
+  std::vector<Finger> fingers_;
   std::vector<Grasp> grasps_;
-  int tool_site_ = 0, attach_site_ = 0, hand_ = 0;
+  double squeeze_ = 0;
+  int tool_site_ = -1, attach_site_ = -1, hand_ = -1;
 };
 
 }  // namespace flowscope

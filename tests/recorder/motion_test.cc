@@ -30,7 +30,8 @@ class Motion : public ::testing::Test {
 
 TEST_F(Motion, TheScenesArmIsAPanda) {
   World world(task("push_buttons"));
-  const Kinematics kinematics = Kinematics::from_model(world.model());  // throws when further off than 1e-9
+  // throws when further off than 1e-9
+  const Kinematics kinematics = Kinematics::from_model(world.model(), world.task().robot());
   EXPECT_LT(position_error_m(kinematics.world_from_tool(world.frame().q), world.frame().world_from_tool),
             1e-6);
 }

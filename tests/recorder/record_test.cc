@@ -5,9 +5,14 @@
 namespace flowscope {
 namespace {
 
+std::shared_ptr<const Task> task(const std::string& name) {
+  static const TaskLibrary library(find_assets());
+  return library.get(name);
+}
+
 Observation black(const SceneState& state) {
   Observation observation;
-  for (const auto& name : observation_cameras()) {
+  for (const auto& name : observation_cameras(task(state.scene)->model())) {
     View view;
     view.camera.name = name;
     view.camera.far_m = state.time_s;  // tells which moment was photographed
@@ -16,11 +21,6 @@ Observation black(const SceneState& state) {
     observation.views.push_back(view);
   }
   return observation;
-}
-
-std::shared_ptr<const Task> task(const std::string& name) {
-  static const TaskLibrary library(find_assets());
-  return library.get(name);
 }
 
 RunReport run_text(World& world, const std::string& text) {

@@ -18,6 +18,8 @@ const TaskLibrary& library() {
   return tasks;
 }
 
+const std::array<double, 7> home_joints = read_robot(FLOWSCOPE_SOURCE_DIR "/assets/robots/panda.yaml").home;
+
 std::array<double, 7> moved(double by) {
   auto q = home_joints;
   for (std::size_t i = 0; i < 7; ++i) q[i] += i % 2 ? -by : by;
@@ -38,7 +40,7 @@ class EveryTask : public testing::TestWithParam<const char*> {
 TEST_P(EveryTask, PlacesItsWaypointsWithinBoundsAndLeavesSpace) {
   const ModelPtr model(mj_copyModel(nullptr, task_->model()));
   const DataPtr data(mj_makeData(model.get()));
-  const WorldRobot robot(model.get());
+  const WorldRobot robot(model.get(), task_->robot());
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const int variation = static_cast<int>(seed) % task_->variations();
     mj_resetData(model.get(), data.get());
