@@ -11,6 +11,7 @@
 #include "app/cli.h"
 #include "app/commands.h"
 #include "app/progress.h"
+#include "app/scene_options.h"
 #include "recorder/demo_store.h"
 #include "recorder/record.h"
 #include "recorder/task.h"
@@ -27,6 +28,7 @@ struct RecordCall {
   std::uint64_t seed = 0;
   std::string script;                  ///< file; empty: the task's own demonstration
   std::vector<std::string> task_dirs;  ///< folders of further tasks
+  SceneCall scene;                     ///< in place of a task
 };
 
 /// Which variation each episode shows: always the same, or all in turns, every turn in an order of its own.
@@ -83,18 +85,30 @@ nlohmann::ordered_json failure_json(const RunReport& report, int variation, std:
   return {{"seed", seed}, {"variation", variation}, {"waypoint", waypoint}, {"reason", report.reason}};
 }
 
-int record(const RecordCall& call, const Context& context) {
-  const auto begin = std::chrono::steady_clock::now();
+std::shared_ptr<const Task> find_task(const RecordCall& call) {
+  if (!call.scene.scene.empty()) {
+    if (call.scene.robot.empty()) {
+      throw UsageError("--robot: recording in " + call.scene.scene.string() +
+                       " needs the description of its robot");
+    }
+    if (call.script.empty()) throw UsageError("--script: a scene has no demonstration of its own");
+    return open_scene(call.scene, find_assets());
+  }
+  if (call.task.empty()) throw UsageError("TASK: give the name of a task, or --scene FILE");
   const TaskLibrary library(find_assets(), {call.task_dirs.begin(), call.task_dirs.end()});
-  std::shared_ptr<const Task> task;
   try {
-    task = library.get(call.task);
+    return library.get(call.task);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("TASK: ") + error.what());
   }
+}
+
+int record(const RecordCall& call, const Context& context) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::shared_ptr<const Task> task = find_task(call);
   const std::vector<int> variations = variations_of(call, *task);
   std::optional<Script> script;
-  if (!call.script.empty()) script = read_script(call.script, call.task);
+  if (!call.script.empty()) script = read_script(call.script, task->name());
   const DemoStore store(context.data);
   World world(task);
   Renderer renderer(task->model(), task->name());
@@ -124,7 +138,7 @@ int record(const RecordCall& call, const Context& context) {
   const double wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::size_t saved = demos.size();
   if (context.json) {
-    print_json({{"task", call.task},
+    print_json({{"task", task->name()},
                 {"attempted", call.episodes},
                 {"saved", saved},
                 {"demos", demos},
@@ -143,9 +157,9 @@ int record(const RecordCall& call, const Context& context) {
 void add_record_command(CLI::App& root, Context& context) {
   CLI::App* command = root.add_subcommand("record", "Record demonstrations from a task's waypoint script");
   auto call = std::make_shared<RecordCall>();
-  command->add_option("task", call->task, "Name of the task (see flowscope tasks)")
-      ->required()
-      ->type_name("TASK");
+  CLI::Option* task =
+      command->add_option("task", call->task, "Name of the task (see flowscope tasks)")->type_name("TASK");
+  add_scene_options(*command, call->scene)->excludes(task);
   command->add_option("--episodes", call->episodes, "Runs to attempt")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();

@@ -11,6 +11,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/scene_options.h"
 #include "app/studio.h"
 #include "web/server.h"
 
@@ -23,6 +24,7 @@ struct ServeCall {
   std::string token;
   bool no_token = false;
   std::filesystem::path page;
+  SceneCall scene;
 };
 
 /// 128 bits from the operating system, hexadecimal.
@@ -56,6 +58,10 @@ int serve(const ServeCall& call, const Context& context) {
   StudioOptions studio_options = call.studio;
   studio_options.assets = find_assets();
   studio_options.data = context.data;
+  if (!call.scene.scene.empty()) {
+    studio_options.scene = open_scene(call.scene, studio_options.assets);
+    studio_options.task = studio_options.scene->name();
+  }
 
   // Signals are waited for, not handled: block them before any thread starts, so that every thread inherits
   // that.
@@ -95,7 +101,8 @@ void add_serve_command(CLI::App& root, Context& context) {
   command->add_option("--port", call->server.port, "Port to listen on; 0 takes a free one")
       ->capture_default_str();
   add_data_option(*command, context);
-  command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
+  CLI::Option* task = command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
+  add_scene_options(*command, call->scene)->excludes(task);
   command->add_option("--policy", call->studio.policy, "Trained policy to predict with");
   CLI::Option* token =
       command->add_option("--token", call->token, "Token that clients must show; random by default");

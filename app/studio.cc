@@ -29,6 +29,7 @@ Studio::Studio(const StudioOptions& options)
       jobs_([this](const web::JobStatus& status) { send(status); }) {
   std::filesystem::create_directories(options.data / "policies");
   std::filesystem::create_directories(options.data / "exports");
+  if (options.scene) tasks_.add(options.scene);
   tasks_.get(options.task);  // an unknown task or a broken file stops the program before it listens
   sim_.on_publish([this] {
     ++change_;

@@ -25,7 +25,8 @@ namespace flowscope {
 struct StudioOptions {
   std::filesystem::path assets, data;
   std::string task = "push_buttons";
-  std::filesystem::path policy;  ///< may be empty
+  std::filesystem::path policy;       ///< may be empty
+  std::shared_ptr<const Task> scene;  ///< a user's own, opened besides the tasks; may be null
 };
 
 /// Every method of the Backend may be called from several threads at once.

@@ -28,6 +28,10 @@ std::string Studio::task_script(const std::string& task) {
 
 std::string Studio::run_script(const web::ScriptRequest& request) {
   const auto sim = scene();
+  if (tasks_.get(sim->task)->robot().joints.empty()) {
+    throw ApiError(409, "no_robot",
+                   "this scene is open for viewing only: serve it with --robot to move in it");
+  }
   if (request.script.empty() && !request.task.empty() && request.task != sim->task) {
     throw ApiError(409, "other_task",
                    "the open task is " + sim->task + "; reset to " + request.task + " first", "task");

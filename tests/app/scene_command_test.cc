@@ -1,0 +1,56 @@
+// --scene from the command line: what is refused, and with which words.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_folder.h"
+
+namespace flowscope {
+namespace {
+
+using testing::contains;
+using testing::run_command;
+
+class SceneCommand : public ::testing::Test {
+ protected:
+  std::string file(const std::string& name, const std::string& text) const {
+    const auto path = folder_.path() / name;
+    std::ofstream(path) << text;
+    return path.string();
+  }
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(SceneCommand, ABrokenSceneIsAWrongCallOfBothCommands) {
+  const std::string scene = file("broken.xml", "<mujoco><worldbody><geom type='ball'/></worldbody></mujoco>");
+  const std::string script = file("script.yaml", "steps: [{gripper: close}]");
+  for (const auto& words : {std::vector<std::string>{"serve", "--scene", scene, "--port", "0"},
+                            {"record", "--scene", scene, "--robot", "panda", "--script", script}}) {
+    const auto outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 2) << words.front();
+    EXPECT_TRUE(contains(outcome.err, "broken.xml: ")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "geom")) << outcome.err;
+  }
+}
+
+TEST_F(SceneCommand, RecordingNeedsARobotAndAScript) {
+  const std::string scene = file("ball.xml", "<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>");
+  auto outcome = run_command({"record", "--scene", scene, "--script", "any.yaml"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(contains(outcome.err, "--robot")) << outcome.err;
+  outcome = run_command({"record", "--scene", scene, "--robot", "panda"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(contains(outcome.err, "--script")) << outcome.err;
+  outcome = run_command({"record", "--scene", scene, "--robot", "panda", "--script", scene});
+  EXPECT_EQ(outcome.code, 2) << "the scene has no Panda";
+  EXPECT_TRUE(contains(outcome.err, "joint1")) << outcome.err;
+  outcome = run_command({"record", "push_buttons", "--robot", "panda"});
+  EXPECT_EQ(outcome.code, 2) << "a robot without a scene";
+  outcome = run_command({"record"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(contains(outcome.err, "TASK")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace flowscope
