@@ -38,7 +38,7 @@ Seconds record_task(const std::shared_ptr<const Task>& task, const DemoStore& st
   Seconds sum;
   const auto observe = [&](const SceneState& state) {
     const auto start = Clock::now();
-    Observation seen = renderer.observe_all(state, observation_cameras(), observation_size);
+    Observation seen = renderer.observe_all(state, observation_cameras(task->model()), observation_size);
     sum.pictures += since(start);
     return seen;
   };

@@ -174,7 +174,7 @@ class Editor {
     return SiteDescription{name,
                            Pose::from_wxyz(Eigen::Vector3d(scene_->site_pos + 3 * site),
                                            Eigen::Vector4d(scene_->site_quat + 4 * site)),
-                           {}};
+                           Eigen::Vector3d::Zero()};
   }
   void add_site(const char* name, const SiteDescription& place,
                 std::initializer_list<std::pair<const char*, std::string>> rest) {
