@@ -71,8 +71,7 @@ class ScriptRun {
   ScriptRun(World& world, const Script& script, const std::function<void(const Frame&)>& on_frame,
             std::stop_token stop)
       : world_(world), script_(script), on_frame_(on_frame), stop_(std::move(stop)) {
-    frames_.push_back(world.frame());
-    if (on_frame_) on_frame_(frames_.back());
+    keep(world.frame());
   }
 
   /// Fills step, line and reason where it fails.
@@ -99,6 +98,7 @@ class ScriptRun {
   }
 
   std::vector<Frame> take_frames() { return std::move(frames_); }
+  std::vector<TermSeries> take_terms() { return std::move(terms_); }
   double sim_seconds() const { return frames_.back().time_s - frames_.front().time_s; }
 
  private:
@@ -106,6 +106,7 @@ class ScriptRun {
   /// condition happened to become true.
   bool keep(const Frame& frame) {
     frames_.push_back(frame);
+    append_terms(world_.terms(), terms_);
     if (on_frame_) on_frame_(frame);
     return true;
   }
@@ -169,6 +170,7 @@ class ScriptRun {
   const std::function<void(const Frame&)>& on_frame_;
   std::stop_token stop_;
   std::vector<Frame> frames_;
+  std::vector<TermSeries> terms_;
 };
 
 Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& observe) {
@@ -215,6 +217,7 @@ RunReport run_script(World& world, const Script& script, const Observe& observe,
   ScriptRun run(world, script, on_frame, std::move(stop));
   report.success = run.execute(report);
   report.sim_seconds = run.sim_seconds();
+  report.terms = run.take_terms();
   if (report.success && observe) report.demo = make_demo(world, run.take_frames(), observe);
   report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;

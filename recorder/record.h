@@ -8,6 +8,7 @@
 
 #include "recorder/demo.h"
 #include "recorder/motion.h"
+#include "recorder/term_series.h"
 
 namespace flowscope {
 
@@ -21,6 +22,7 @@ struct RunReport {
   int step = -1;             ///< index of the failing script step
   int line = 0;              ///< its line in the script
   std::string reason;  ///< empty when success; names waypoint, cause, and the success terms that are false
+  std::vector<TermSeries> terms;  ///< whether it succeeded or not
   double sim_seconds = 0, wall_seconds = 0;
 };
 

@@ -2,14 +2,16 @@
 
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <array>
-#include <functional>
+#include <limits>
+
+#include "recorder/convex_gap.h"
 
 namespace flowscope {
 namespace {
 
 using Eigen::Vector3d;
-using Support = std::function<Vector3d(const Vector3d&)>;
 
 /// Farthest point of the geom along `direction`, both in the geom's own frame.
 Vector3d geom_support(const mjModel* model, int geom, const Vector3d& direction) {
@@ -127,6 +129,31 @@ bool intersect(const Support& first, const Support& second) {
   return false;  // grazing within rounding
 }
 
+bool has_volume(const mjModel* model, int geom) {
+  const int type = model->geom_type[geom];
+  return type != mjGEOM_PLANE && type != mjGEOM_HFIELD;
+}
+
+Support points_of(const mjModel* model, const mjData* data, int geom) {
+  const Vector3d position = Eigen::Map<const Vector3d>(data->geom_xpos + 3 * geom);
+  const mjtNum* m = data->geom_xmat + 9 * geom;
+  Eigen::Matrix3d rotation;
+  rotation << m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8];
+  return [=](const Vector3d& d) -> Vector3d {
+    return rotation * geom_support(model, geom, rotation.transpose() * d) + position;
+  };
+}
+
+Support points_of(const SensorBox& box) {
+  const Eigen::Matrix3d rotation = box.world_from_box.rotation.toRotationMatrix();
+  return
+      [=, half_size = box.half_size, position = box.world_from_box.position](const Vector3d& d) -> Vector3d {
+        const Vector3d local = rotation.transpose() * d;
+        const Vector3d corner = (local.array() < 0).select(-half_size, half_size);
+        return rotation * corner + position;
+      };
+}
+
 }  // namespace
 
 SensorBox sensor_box(const mjModel* model, const mjData* data, int site) {
@@ -141,24 +168,11 @@ SensorBox sensor_box(const mjModel* model, const mjData* data, int site) {
 }
 
 bool overlaps(const mjModel* model, const mjData* data, int geom, const SensorBox& box) {
-  const int type = model->geom_type[geom];
-  if (type == mjGEOM_PLANE || type == mjGEOM_HFIELD) return false;
+  if (!has_volume(model, geom)) return false;
   const Vector3d position = Eigen::Map<const Vector3d>(data->geom_xpos + 3 * geom);
   const double reach = model->geom_rbound[geom] + box.half_size.norm();
   if ((position - box.world_from_box.position).norm() > reach) return false;
-  const mjtNum* m = data->geom_xmat + 9 * geom;
-  Eigen::Matrix3d rotation;
-  rotation << m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8];
-  const Eigen::Matrix3d box_rotation = box.world_from_box.rotation.toRotationMatrix();
-  const Support geom_points = [&](const Vector3d& d) -> Vector3d {
-    return rotation * geom_support(model, geom, rotation.transpose() * d) + position;
-  };
-  const Support box_points = [&](const Vector3d& d) -> Vector3d {
-    const Vector3d local = box_rotation.transpose() * d;
-    const Vector3d corner = (local.array() < 0).select(-box.half_size, box.half_size);
-    return box_rotation * corner + box.world_from_box.position;
-  };
-  return intersect(geom_points, box_points);
+  return intersect(points_of(model, data, geom), points_of(box));
 }
 
 bool body_overlaps(const mjModel* model, const mjData* data, int body, const SensorBox& box) {
@@ -166,6 +180,17 @@ bool body_overlaps(const mjModel* model, const mjData* data, int body, const Sen
     if (overlaps(model, data, model->body_geomadr[body] + i, box)) return true;
   }
   return false;
+}
+
+double body_gap(const mjModel* model, const mjData* data, int body, const SensorBox& box) {
+  double least = std::numeric_limits<double>::infinity();
+  const Support box_points = points_of(box);
+  for (int i = 0; i < model->body_geomnum[body]; ++i) {
+    const int geom = model->body_geomadr[body] + i;
+    if (has_volume(model, geom))
+      least = std::min(least, convex_gap(points_of(model, data, geom), box_points));
+  }
+  return least;
 }
 
 }  // namespace flowscope

@@ -21,5 +21,8 @@ SensorBox sensor_box(const mjModel_* model, const mjData_* data, int site);
 bool overlaps(const mjModel_* model, const mjData_* data, int geom, const SensorBox& box);
 /// Any geom of the body (not of its children).
 bool body_overlaps(const mjModel_* model, const mjData_* data, int body, const SensorBox& box);
+/// How far the nearest geom of the body is from the box, metres; negative: how deep the deepest is in it, as
+/// the shortest way out. Infinite for a body without such geoms.
+double body_gap(const mjModel_* model, const mjData_* data, int body, const SensorBox& box);
 
 }  // namespace flowscope

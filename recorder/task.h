@@ -12,19 +12,13 @@
 
 #include "recorder/robot.h"
 #include "recorder/script.h"
+#include "recorder/success_term.h"
 #include "render/observation.h"
 
 struct mjModel_;
 struct mjData_;
 
 namespace flowscope {
-
-/// One success term as the page and a failed run show it.
-struct SuccessTerm {
-  std::string name;  ///< as in task.yaml
-  bool met = false;
-  std::string value;  ///< the measured quantity with its unit
-};
 
 /// Evaluated at every physics step; ordered terms latch. Made anew by every reset.
 class SuccessCheck {
@@ -33,7 +27,10 @@ class SuccessCheck {
   /// Call once per physics step, after it. `grasped` names the bodies welded to the gripper.
   virtual bool update(const mjModel_* model, const mjData_* data,
                       const std::vector<std::string>& grasped) = 0;
+  /// Of the moment of the last update, which must still be there (the world's own data).
   virtual std::vector<SuccessTerm> terms() const = 0;
+  /// The volumes and ways that the terms watch, of the same moment.
+  virtual std::vector<Detector> detectors() const { return {}; }
   /// Shows in the scene what the terms latched (a pressed button turns green). Called after an update.
   virtual void paint(mjModel_* /*model*/) const {}
 };

@@ -158,6 +158,7 @@ std::vector<std::string> World::grasped() const { return impl_->robot.grasped(im
 
 bool World::success() const { return impl_->success; }
 std::vector<SuccessTerm> World::terms() const { return impl_->check->terms(); }
+std::vector<Detector> World::detectors() const { return impl_->check->detectors(); }
 
 Frame World::frame() const {
   const mjData* data = impl_->data.get();

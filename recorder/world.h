@@ -48,6 +48,7 @@ class World {
 
   bool success() const;  ///< true once the task's condition has held (latched)
   std::vector<SuccessTerm> terms() const;
+  std::vector<Detector> detectors() const;  ///< what the terms watch, in the world frame
 
   Frame frame() const;  ///< the present moment
   SceneState state() const;

@@ -106,6 +106,35 @@ TEST(Record, UnreachablePoseNamesWaypointAndLine) {
   EXPECT_EQ(report.reason.find("waypoint 2 (line 3): unreachable: "), 0u) << report.reason;
 }
 
+TEST(Record, KeepsEveryTermAtEveryFrameWhetherItSucceedsOrNot) {
+  World world(task("open_drawer"));
+  world.reset(0, 1);
+  int frames = 0;
+  const RunReport done =
+      run_script(world, world.episode().demonstration, {}, [&](const Frame&) { ++frames; });
+  ASSERT_TRUE(done.success) << done.reason;
+  ASSERT_EQ(done.terms.size(), 1u);
+  const TermSeries& drawer = done.terms[0];
+  EXPECT_EQ(static_cast<int>(drawer.values.size()), frames);
+  EXPECT_EQ(drawer.at_end.unit, "m");
+  EXPECT_NEAR(drawer.values.front(), 0, 1e-3) << "closed at the start";
+  EXPECT_GT(drawer.values.back(), drawer.at_end.threshold);
+  EXPECT_TRUE(drawer.met_at_end);
+  // The first frame above the threshold is the one that ends within a frame after the term became true.
+  std::size_t first = 0;
+  while (drawer.values[first] <= drawer.at_end.threshold) ++first;
+  EXPECT_LE(*drawer.first_met_s, 0.05 * static_cast<double>(first) + 1e-9);
+  EXPECT_GT(*drawer.first_met_s, 0.05 * static_cast<double>(first - 1) - 1e-9);
+
+  world.reset(0, 1);
+  const RunReport failed = run_text(world, "steps:\n  - gripper: close\n");
+  EXPECT_FALSE(failed.success);
+  ASSERT_EQ(failed.terms.size(), 1u);
+  EXPECT_GT(failed.terms[0].values.size(), 10u);
+  EXPECT_FALSE(failed.terms[0].first_met_s.has_value());
+  EXPECT_FALSE(failed.terms[0].met_at_end);
+}
+
 TEST(Record, UnknownFrameIsNamed) {
   World world(task("push_buttons"));
   world.reset(0, 1);

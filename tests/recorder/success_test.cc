@@ -174,9 +174,11 @@ TEST_F(Terms, InsideAndNearFollowTheBody) {
   mjtNum* position = data_->qpos + 2;
   position[0] = 0.059;
   EXPECT_TRUE(update(*inside));
+  EXPECT_EQ(inside->terms().at(0).value, "1.0 mm deep");
   EXPECT_FALSE(update(*near));
   position[0] = 0.061;
   EXPECT_FALSE(update(*inside));
+  EXPECT_EQ(inside->terms().at(0).value, "1.0 mm outside");
   position[0] = 0.019;
   EXPECT_TRUE(update(*near));
   EXPECT_EQ(near->terms().at(0).value, "19.0 mm");
