@@ -8,6 +8,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/detector_overlay.h"
 #include "app/export_media.h"
 #include "app/scene_input.h"
 #include "app/trace_overlay.h"
@@ -23,6 +24,7 @@ struct ExportCall {
   std::string demo, camera = "free";
   int frame = -1, step = -1, width = 1280, height = 960;
   double leaf_mm = 0;
+  bool detectors = false;  ///< draw what success terms watch
 };
 
 /// What is drawn: a scene, and the trace or demonstration that it comes from.
@@ -98,6 +100,12 @@ Overlay overlay_at(const std::vector<FlowTrace>& traces, int step) {
   return overlay_of(trace, step < 0 ? trace.flow_steps : step);
 }
 
+Overlay detectors_at(const TaskLibrary& tasks, const Subject& what, int frame) {
+  if (!what.demo) return detectors_of(tasks, what.traces.front(), what.state);
+  const std::size_t last = what.demo->frames.size() - 1;
+  return detectors_of(tasks, *what.demo, frame < 0 ? last : static_cast<std::size_t>(frame));
+}
+
 int export_file(const ExportCall& call, const std::string& kind, const Context& context) {
   const TaskLibrary tasks(find_assets(), {call.task_dirs.begin(), call.task_dirs.end()});
   const DemoStore store(context.data);
@@ -105,10 +113,13 @@ int export_file(const ExportCall& call, const std::string& kind, const Context& 
   if (call.camera != "free") view.camera = call.camera;
   view.width = call.width;
   view.height = call.height;
+  view.detectors = call.detectors;
   const Subject what = subject_of(call, tasks, store);
   const Progress quiet = [](double) {};
   if (kind == "png") {
-    export_png(tasks, what.state, view, overlay_at(what.traces, call.step), call.out);
+    Overlay overlay = overlay_at(what.traces, call.step);
+    if (call.detectors) overlay = together(std::move(overlay), detectors_at(tasks, what, call.frame));
+    export_png(tasks, what.state, view, overlay, call.out);
   } else if (kind == "cloud") {
     export_cloud(tasks, what.state, call.leaf_mm / 1000, call.out);
   } else if (kind == "strip") {
@@ -146,6 +157,9 @@ void add_kind(CLI::App& parent, Context& context, const std::string& kind, const
         ->add_option("--step", call->step,
                      "Step of the trace; by default the last, or all samples of a file that holds several")
         ->check(CLI::NonNegativeNumber);
+  }
+  if (kind == "png" || kind == "mp4") {
+    command->add_flag("--detectors", call->detectors, "Draw the volumes and ways that success terms watch");
   }
   if (kind == "cloud") {
     command->add_option("--leaf", call->leaf_mm, "Millimetres: one point per cube of this side; 0 keeps all")

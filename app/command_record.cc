@@ -17,9 +17,12 @@
 #include "recorder/task.h"
 #include "recorder/world.h"
 #include "render/renderer.h"
+#include "web/wire_terms.h"
 
 namespace flowscope::app {
 namespace {
+
+constexpr double frame_seconds = 0.05;  ///< from one value of a term to the next
 
 struct RecordCall {
   std::string task;
@@ -29,6 +32,7 @@ struct RecordCall {
   std::string script;                  ///< file; empty: the task's own demonstration
   std::vector<std::string> task_dirs;  ///< folders of further tasks
   SceneCall scene;                     ///< in place of a task
+  bool terms = true;                   ///< with --json: every success term at every frame
 };
 
 /// Which variation each episode shows: always the same, or all in turns, every turn in an order of its own.
@@ -85,6 +89,12 @@ nlohmann::ordered_json failure_json(const RunReport& report, int variation, std:
   return {{"seed", seed}, {"variation", variation}, {"waypoint", waypoint}, {"reason", report.reason}};
 }
 
+nlohmann::ordered_json attempt_json(const RunReport& report, int variation, std::uint64_t seed) {
+  nlohmann::ordered_json terms = nlohmann::ordered_json::array();
+  for (const TermSeries& series : report.terms) terms.push_back(web::wire::to_json(series));
+  return {{"seed", seed}, {"variation", variation}, {"success", report.success}, {"terms", terms}};
+}
+
 std::shared_ptr<const Task> find_task(const RecordCall& call) {
   if (!call.scene.scene.empty()) {
     if (call.scene.robot.empty()) {
@@ -113,7 +123,8 @@ int record(const RecordCall& call, const Context& context) {
   World world(task);
   Renderer renderer(task->model(), task->name());
 
-  nlohmann::ordered_json demos = nlohmann::ordered_json::array(), failed = nlohmann::ordered_json::array();
+  nlohmann::ordered_json demos = nlohmann::ordered_json::array(), failed = nlohmann::ordered_json::array(),
+                         attempts = nlohmann::ordered_json::array();
   double sim_seconds = 0;
   {
     Progress progress("episode", call.episodes);
@@ -121,6 +132,7 @@ int record(const RecordCall& call, const Context& context) {
       const std::uint64_t seed = call.seed + static_cast<std::uint64_t>(i);
       const RunReport report = run_episode(world, renderer, script, variations[i], seed);
       sim_seconds += report.sim_seconds;
+      if (context.json && call.terms) attempts.push_back(attempt_json(report, variations[i], seed));
       std::string outcome;
       if (report.demo) {
         demos.push_back(store.save(*report.demo));
@@ -138,13 +150,18 @@ int record(const RecordCall& call, const Context& context) {
   const double wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::size_t saved = demos.size();
   if (context.json) {
-    print_json({{"task", task->name()},
-                {"attempted", call.episodes},
-                {"saved", saved},
-                {"demos", demos},
-                {"failed", failed},
-                {"sim_seconds", sim_seconds},
-                {"wall_seconds", wall_seconds}});
+    nlohmann::ordered_json document{{"task", task->name()},
+                                    {"attempted", call.episodes},
+                                    {"saved", saved},
+                                    {"demos", demos},
+                                    {"failed", failed},
+                                    {"sim_seconds", sim_seconds},
+                                    {"wall_seconds", wall_seconds}};
+    if (call.terms) {
+      document["frame_seconds"] = frame_seconds;
+      document["attempts"] = attempts;
+    }
+    print_json(document);
   } else {
     std::printf("%zu of %d saved in %s: %.1f s simulated in %.1f s\n", saved, call.episodes,
                 context.data.c_str(), sim_seconds, wall_seconds);
@@ -173,6 +190,9 @@ void add_record_command(CLI::App& root, Context& context) {
   command->add_option("--tasks", call->task_dirs, "Folder of further tasks")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  command->add_flag(
+      "--terms,!--no-terms", call->terms,
+      "With --json: every success term with its value at every frame, also of runs that failed");
   add_data_option(*command, context);
   add_json_option(*command, context);
   set_body(*command, context, [call, &context] { return record(*call, context); });

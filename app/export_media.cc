@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <optional>
 
+#include "app/detector_overlay.h"
 #include "app/render_loop.h"
 #include "app/trace_overlay.h"
 #include "render/cloud.h"
@@ -61,9 +63,10 @@ void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const F
   Mp4Writer film(file, view.width, view.height, fps);
   const int steps = static_cast<int>(trace.steps.size());
   const CameraModel camera = view_camera(renderer, state, view);
+  const Overlay detectors = view.detectors ? detectors_of(tasks, trace, state) : Overlay{};
   for (int k = 0; k < steps; ++k) {
     stop_if_asked(stop);
-    const ImageRgb picture = renderer.draw(state, camera, overlay_of(trace, k));
+    const ImageRgb picture = renderer.draw(state, camera, together(overlay_of(trace, k), detectors));
     const int repeats = static_cast<int>(fps * (k + 1 == steps ? 1.5 : 0.5));
     for (int i = 0; i < repeats; ++i) film.add(picture);
     progress(double(k + 1) / steps);
@@ -75,10 +78,13 @@ void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::View
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop) {
   Renderer renderer(tasks.get(demo.info.task)->model(), demo.info.task, options_for(view));
   Mp4Writer film(file, view.width, view.height, 20);
+  std::optional<DetectorReplay> detectors;
+  if (view.detectors) detectors.emplace(tasks.get(demo.info.task), demo.info.variation, demo.info.seed);
   for (std::size_t i = 0; i < demo.frames.size(); ++i) {
     stop_if_asked(stop);
     const SceneState& state = demo.frames[i].state;
-    film.add(renderer.draw(state, view_camera(renderer, state, view)));
+    const Overlay overlay = detectors ? detectors->at(state) : Overlay{};
+    film.add(renderer.draw(state, view_camera(renderer, state, view), overlay));
     progress(double(i + 1) / demo.frames.size());
   }
   film.finish();

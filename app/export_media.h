@@ -22,10 +22,12 @@ using Progress = std::function<void(double)>;
 void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
                 const Overlay& overlay, const std::filesystem::path& file);
 /// The flow, step by step, each held for half a second and the last for a second and a half; 30 frames/s.
+/// `view.detectors` draws what the success terms of its scene watch.
 void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
                       const web::ViewSettings& view, const std::filesystem::path& file,
                       const Progress& progress, std::stop_token stop);
-/// A demonstration re-drawn from its stored states at 20 frames/s.
+/// A demonstration re-drawn from its stored states at 20 frames/s; `view.detectors` draws what its success
+/// terms watch.
 void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::ViewSettings& view,
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop);
 

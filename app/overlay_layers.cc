@@ -11,8 +11,8 @@ void append(std::vector<Thing>& all, const std::vector<Thing>& more) {
 }
 
 bool is_empty(const Overlay& o) {
-  return o.spheres.empty() && o.lines.empty() && o.points.empty() && o.frames.empty() && o.ghosts.empty() &&
-         o.labels.empty();
+  return o.spheres.empty() && o.boxes.empty() && o.lines.empty() && o.points.empty() && o.frames.empty() &&
+         o.ghosts.empty() && o.labels.empty();
 }
 
 }  // namespace
@@ -29,6 +29,7 @@ Overlay OverlayLayers::all() const {
   Overlay sum;
   for (const auto& [name, layer] : layers_) {
     append(sum.spheres, layer.spheres);
+    append(sum.boxes, layer.boxes);
     append(sum.lines, layer.lines);
     append(sum.points, layer.points);
     append(sum.frames, layer.frames);

@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "app/detector_overlay.h"
 #include "recorder/record.h"
 #include "render/encode.h"
 
@@ -98,7 +99,7 @@ ImageRgb RenderLoop::draw_now(Room& room, const SceneState& state, const ViewSet
                               const Overlay& overlay) {
   Renderer& r = renderer(room, state.scene);
   ++rendered_;
-  return r.draw(state, view_camera(r, state, view), view.overlays ? overlay : Overlay{});
+  return r.draw(state, view_camera(r, state, view), view.overlays || view.detectors ? overlay : Overlay{});
 }
 
 void RenderLoop::open_first_scene(Room& room, const std::string& scene) {
@@ -116,7 +117,7 @@ void RenderLoop::draw_changed_views(Room& room) {
   if (!sim) return;
   open_first_scene(room, sim->state.scene);
   std::vector<ViewSettings> todo;
-  Overlay overlay;
+  OverlayLayers layers;
   std::shared_ptr<const SceneState> pinned;
   {
     std::lock_guard lock(mutex_);
@@ -127,11 +128,12 @@ void RenderLoop::draw_changed_views(Room& room) {
       seen.sim_drawn = sim_version;
       todo.push_back(seen.settings);
     }
-    if (!todo.empty()) overlay = layers_.all();
+    if (!todo.empty()) layers = layers_;
   }
   for (const auto& view : todo) {
     try {
       const double taken = unix_time_s();
+      const Overlay overlay = overlay_for(view, layers, pinned ? nullptr : sim.get());
       encode_.offer(view.id, {draw_now(room, pinned ? *pinned : sim->state, view, overlay), taken});
     } catch (const std::exception& error) {
       if (failure() != error.what()) spdlog::error("drawing view {}: {}", view.id, error.what());
@@ -225,9 +227,16 @@ void RenderLoop::unpin() {
   wake();
 }
 
-Overlay RenderLoop::overlay() const {
+Overlay RenderLoop::overlay_for(const ViewSettings& view, OverlayLayers layers, const SimSnapshot* living) {
+  if (!view.overlays) layers = {};
+  if (view.detectors && living) layers.set("detectors", overlay_of(living->detectors));
+  return layers.all();
+}
+
+Overlay RenderLoop::overlay(const ViewSettings& view) const {
+  const auto sim = sim_.get();
   std::lock_guard lock(mutex_);
-  return layers_.all();
+  return overlay_for(view, layers_, pinned_ ? nullptr : sim.get());
 }
 
 std::shared_ptr<const SceneState> RenderLoop::pinned() const {

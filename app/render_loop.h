@@ -70,7 +70,9 @@ class RenderLoop {
   void show(const std::string& layer, Overlay overlay, std::shared_ptr<const SceneState> state);
   /// Shows the living scene again; the layers stay.
   void unpin();
-  Overlay overlay() const;  ///< all layers
+  /// What the view shows over the living scene or over the one that is pinned: all layers, and the detectors
+  /// of the living one.
+  Overlay overlay(const web::ViewSettings& view) const;
   std::shared_ptr<const SceneState> pinned() const;
   void wake() { queue_.poke(); }
   std::uint64_t rendered() const { return rendered_; }
@@ -96,6 +98,7 @@ class RenderLoop {
   /// the start.
   void open_first_scene(Room& room, const std::string& scene);
   void draw_changed_views(Room& room);
+  static Overlay overlay_for(const web::ViewSettings& view, OverlayLayers layers, const SimSnapshot* living);
   /// Under the lock, after a change of layers or of what is pinned.
   void redraw();
 

@@ -81,6 +81,7 @@ void SimLoop::publish(Room& room) {
   snapshot.seed = w.episode().seed;
   snapshot.episode = room.episode;
   snapshot.terms = w.terms();
+  snapshot.detectors = w.detectors();
   snapshot.success = w.success();
   snapshot.keyframe_history = room.history;
   snapshot_.publish(std::move(snapshot));

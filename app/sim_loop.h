@@ -27,6 +27,7 @@ struct SimSnapshot {
   int variation = 0;
   std::uint64_t seed = 0, episode = 0;  ///< episode counts resets
   std::vector<SuccessTerm> terms;
+  std::vector<Detector> detectors;
   bool success = false;
   std::vector<RobotState>
       keyframe_history;  ///< the robot at the start and at every keyframe since; a policy's history

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "app/detector_overlay.h"
 #include "app/export_media.h"
 #include "app/studio.h"
 #include "app/trace_overlay.h"
@@ -125,6 +126,7 @@ std::string Studio::export_media(const web::ExportRequest& request) {
   view.width = request.width;
   view.height = request.height;
   view.overlays = true;
+  view.detectors = request.detectors;
   if (view.width < 64 || view.height < 64 || view.width > 3840 || view.height > 2160) {
     throw ApiError(400, "bad_size", "an export is 64x64 to 3840x2160 pixels", "width");
   }
@@ -154,10 +156,15 @@ std::string Studio::export_media(const web::ExportRequest& request) {
       return request.demo.empty() ? scene()->state : demos_.load(request.demo).frames.back().state;
     };
     if (request.kind == "png" && stored) {
-      export_png(tasks_, still(), view,
-                 overlay_of(stored->trace, request.step.value_or(stored->trace.flow_steps)), path);
+      Overlay overlay = overlay_of(stored->trace, request.step.value_or(stored->trace.flow_steps));
+      if (view.detectors) overlay = together(overlay, detectors_of(tasks_, stored->trace, stored->state));
+      export_png(tasks_, stored->state, view, overlay, path);
+    } else if (request.kind == "png" && !request.demo.empty()) {
+      const Demo demo = demos_.load(request.demo);
+      const Overlay overlay = view.detectors ? detectors_of(tasks_, demo, demo.frames.size() - 1) : Overlay{};
+      export_png(tasks_, demo.frames.back().state, view, overlay, path);
     } else if (request.kind == "png") {
-      export_png(tasks_, still(), view, request.demo.empty() ? render_.overlay() : Overlay{}, path);
+      export_png(tasks_, scene()->state, view, render_.overlay(view), path);
     } else if (request.kind == "strip") {
       export_strip(tasks_, still(), stored->trace, view, path, handle.stop());
     } else if (request.kind == "cloud") {
@@ -228,7 +235,7 @@ std::vector<std::uint8_t> Studio::snapshot(const web::SnapshotRequest& request) 
     throw ApiError(400, "bad_size", "a snapshot is 16x16 to 1280x960 pixels", "width");
   }
   const auto pinned = render_.pinned();
-  const ImageRgb picture = render_.draw(pinned ? *pinned : scene()->state, view, render_.overlay()).get();
+  const ImageRgb picture = render_.draw(pinned ? *pinned : scene()->state, view, render_.overlay(view)).get();
   if (request.format == "png") return encode_png(picture);
   return JpegEncoder().encode(picture);
 }

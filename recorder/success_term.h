@@ -32,7 +32,8 @@ struct SuccessTerm {
 /// What a term watches, as a shape in world metres at one moment.
 struct Detector {
   enum class Shape { box, sphere, track };
-  std::string name;  ///< the term's
+  std::string name;   ///< the term's
+  std::string place;  ///< the site, frame or joint it stands at: terms that watch one place have one
   bool met = false;
   Shape shape = Shape::box;
   Pose world_from_shape = {};                   ///< boxes and spheres

@@ -28,6 +28,11 @@ std::string degrees(double radians) {
 
 Vector3d vector_at(const mjtNum* values, int index) { return Eigen::Map<const Vector3d>(values + 3 * index); }
 
+std::string name_of(const mjModel* model, int type, int id) {
+  const char* name = mj_id2name(model, type, id);
+  return name ? name : "";
+}
+
 /// What is as far from the axis as the middle of what it turns shows the turning best, metres.
 constexpr double kLeastArc_m = 0.03;
 constexpr int kArcPoints = 24;
@@ -82,6 +87,7 @@ std::optional<Detector> JointTerm::detector(const Moment& now) const {
   const Vector3d anchor = vector_at(now.data->xanchor, joint_), axis = vector_at(now.data->xaxis, joint_);
   const Vector3d middle = vector_at(now.data->xipos, m->jnt_bodyid[joint_]);
   Detector detector;
+  detector.place = name_of(m, mjOBJ_JOINT, joint_);
   detector.shape = Detector::Shape::track;
   detector.reached = std::clamp(std::abs(offset) / beyond_, 0.0, 1.0);
   if (!hinge_) {
@@ -118,6 +124,7 @@ Reading InsideTerm::read(const Moment& now) const {
 std::optional<Detector> InsideTerm::detector(const Moment& now) const {
   const SensorBox box = sensor_box(now.model, now.data, site_);
   Detector detector;
+  detector.place = name_of(now.model, mjOBJ_SITE, site_);
   detector.world_from_shape = box.world_from_box;
   detector.half_size = box.half_size;
   detector.subject = vector_at(now.data->xipos, body_);
@@ -138,6 +145,7 @@ Reading NearTerm::read(const Moment& now) const {
 
 std::optional<Detector> NearTerm::detector(const Moment& now) const {
   Detector detector;
+  detector.place = name_of(now.model, to_.site ? mjOBJ_SITE : mjOBJ_BODY, to_.id);
   detector.shape = Detector::Shape::sphere;
   detector.world_from_shape.position = to_.position(now.data);
   detector.half_size.setConstant(within_m_);

@@ -30,6 +30,29 @@ int trouble(const mjData* data) {
 
 std::vector<double> copied(const mjtNum* values, int count) { return {values, values + count}; }
 
+/// Throws std::invalid_argument for a state of another scene or size.
+void check_fits(const mjModel* m, const std::string& scene, const SceneState& state) {
+  if (state.scene != scene) {
+    throw std::invalid_argument("a state of scene '" + state.scene + "' does not fit the scene of " + scene);
+  }
+  const auto check_size = [&](std::size_t have, int want, const char* what) {
+    if (have != static_cast<std::size_t>(want)) {
+      throw std::invalid_argument("a state with " + std::to_string(have) + " values of " + what +
+                                  " does not fit " + scene + ", which has " + std::to_string(want));
+    }
+  };
+  check_size(state.qpos.size(), m->nq, "qpos");
+  check_size(state.qvel.size(), m->nv, "qvel");
+  check_size(state.act.size(), m->na, "act");
+  check_size(state.ctrl.size(), m->nu, "ctrl");
+  check_size(state.qacc_warmstart.size(), m->nv, "qacc_warmstart");
+  check_size(state.mocap_pos.size(), 3 * m->nmocap, "mocap_pos");
+  check_size(state.mocap_quat.size(), 4 * m->nmocap, "mocap_quat");
+  check_size(state.eq_active.size(), m->neq, "eq_active");
+  check_size(state.eq_data.size(), mjNEQDATA * m->neq, "eq_data");
+  check_size(state.mat_rgba.size(), 4 * m->nmat, "mat_rgba");
+}
+
 }  // namespace
 
 struct World::Impl {
@@ -194,34 +217,20 @@ SceneState World::state() const {
 }
 
 void World::restore(const SceneState& state) {
-  mjModel* m = impl_->model.get();
+  const mjModel* m = impl_->model.get();
+  check_fits(m, task().name(), state);
   mjData* d = impl_->data.get();
-  if (state.scene != task().name()) {
-    throw std::invalid_argument("a state of scene '" + state.scene + "' does not fit the scene of " +
-                                task().name());
-  }
-  const auto check_size = [&](std::size_t have, int want, const char* what) {
-    if (have != static_cast<std::size_t>(want)) {
-      throw std::invalid_argument("a state with " + std::to_string(have) + " values of " + what +
-                                  " does not fit " + task().name() + ", which has " + std::to_string(want));
-    }
-  };
-  check_size(state.qpos.size(), m->nq, "qpos");
-  check_size(state.qvel.size(), m->nv, "qvel");
-  check_size(state.act.size(), m->na, "act");
-  check_size(state.ctrl.size(), m->nu, "ctrl");
-  check_size(state.qacc_warmstart.size(), m->nv, "qacc_warmstart");
-  check_size(state.mocap_pos.size(), 3 * m->nmocap, "mocap_pos");
-  check_size(state.mocap_quat.size(), 4 * m->nmocap, "mocap_quat");
-  check_size(state.eq_active.size(), m->neq, "eq_active");
-  check_size(state.eq_data.size(), mjNEQDATA * m->neq, "eq_data");
-  check_size(state.mat_rgba.size(), 4 * m->nmat, "mat_rgba");
-
   mj_resetData(m, d);
   std::copy(impl_->start_qpos.begin(), impl_->start_qpos.end(), d->qpos);
   impl_->check = task().success(m, d, impl_->episode);
   impl_->success = false;
+  follow(state);
+}
 
+void World::follow(const SceneState& state) {
+  mjModel* m = impl_->model.get();
+  mjData* d = impl_->data.get();
+  check_fits(m, task().name(), state);
   std::copy(state.eq_active.begin(), state.eq_active.end(), m->eq_active);
   std::copy(state.eq_data.begin(), state.eq_data.end(), m->eq_data);
   std::copy(state.mat_rgba.begin(), state.mat_rgba.end(), m->mat_rgba);

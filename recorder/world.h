@@ -53,6 +53,8 @@ class World {
   Frame frame() const;  ///< the present moment
   SceneState state() const;
   void restore(const SceneState& state);  ///< throws std::invalid_argument when sizes differ
+  /// The same as the next moment of this episode: what the success terms have latched stays.
+  void follow(const SceneState& state);
   RobotState robot() const;
   /// What joints (rad) and fingers were last told: what does not move goes on holding with that.
   std::array<double, 7> joint_targets() const;

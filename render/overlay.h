@@ -22,6 +22,8 @@ inline constexpr Rgba inside{0.13f, 0.83f, 0.93f, 1};         // cyan: points in
 inline constexpr Rgba expert{0.29f, 0.87f, 0.50f, 1};         // green
 inline constexpr Rgba prediction{0.98f, 0.75f, 0.14f, 0.7f};  // amber
 inline constexpr Rgba failure{0.97f, 0.44f, 0.44f, 1};        // red
+inline constexpr Rgba met{0.29f, 0.87f, 0.50f, 0.2f};         // green: a success term that holds
+inline constexpr Rgba unmet{0.96f, 0.45f, 0.71f, 0.2f};       // pink: one that does not
 }  // namespace palette
 
 struct OverlaySphere {
@@ -29,6 +31,11 @@ struct OverlaySphere {
   double radius_m = 0;
   Rgba color{};
 };
+struct OverlayBox {
+  Pose world_from_box;
+  Eigen::Vector3d half_size{0, 0, 0};  ///< metres
+  Rgba color{};
+};  ///< see-through, with its edges
 struct OverlayLine {
   std::vector<Eigen::Vector3d> points;
   double width_m = 0.004;
@@ -57,6 +64,7 @@ struct OverlayLabel {
 
 struct Overlay {
   std::vector<OverlaySphere> spheres;
+  std::vector<OverlayBox> boxes;
   std::vector<OverlayLine> lines;
   std::vector<OverlayPoints> points;
   std::vector<OverlayFrame> frames;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "render/overlay_ink.h"
+
 namespace flowscope {
 
 namespace {
@@ -36,13 +38,6 @@ std::vector<Disc> project_points(const Overlay& overlay, const CameraModel& came
   }
   std::stable_sort(discs.begin(), discs.end(), [](const Disc& a, const Disc& b) { return a.z > b.z; });
   return discs;
-}
-
-void mix(std::uint8_t* pixel, const Rgba& color, double opacity) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double ink = 255.0 * std::clamp(color[c], 0.0f, 1.0f);
-    pixel[c] = static_cast<std::uint8_t>(std::lround(pixel[c] + (ink - pixel[c]) * opacity));
-  }
 }
 
 /// How strongly a sphere tints the pixel whose ray passes it at chord half-length `half_chord`.

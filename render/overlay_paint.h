@@ -14,6 +14,8 @@ inline constexpr float depth_tolerance_m = 0.004f;
 
 /// See-through, ray by ray: surfaces inside a sphere are tinted most, the line where it cuts them is drawn.
 void paint_spheres(const Overlay& overlay, View& view);
+/// See-through, ray by ray, with the edges of all faces and the line where the box cuts a surface.
+void paint_boxes(const Overlay& overlay, View& view);
 /// Round discs as large as the points would be in space.
 void paint_points(const Overlay& overlay, View& view);
 /// A picture of solids alone, of the view's size; its depth is 0 where there is none.

@@ -193,6 +193,7 @@ ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, cons
   impl_->arrange(state, camera);
   View view = impl_->read(camera, impl_->visual.scene);
   paint_spheres(overlay, view);
+  paint_boxes(overlay, view);
   paint_points(overlay, view);
   impl_->paint_solids(overlay, view);
   paint_labels(overlay, view);

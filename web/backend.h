@@ -42,6 +42,7 @@ struct ViewSettings {
   OrbitCamera orbit;
   int width = 640, height = 480;
   bool overlays = true;
+  bool detectors = false;  ///< the volumes that success terms watch
 };
 
 struct RecordingStatus {
@@ -142,6 +143,7 @@ struct ExportRequest {
   std::optional<int> step;
   std::string camera;  ///< empty: the main view
   int width = 1280, height = 960;
+  bool detectors = false;  ///< png, mp4: the volumes that success terms watch
 };
 
 struct SnapshotRequest {

@@ -92,6 +92,7 @@ ViewSettings view_request(const Json& body, ViewSettings settings) {
   }
   read_size(fields, settings);
   if (fields.has("overlays")) settings.overlays = fields.boolean("overlays");
+  if (fields.has("detectors")) settings.detectors = fields.boolean("detectors");
   fields.finish();
   return settings;
 }
@@ -194,6 +195,7 @@ ExportRequest export_request(const Json& body) {
   if (fields.has("camera")) request.camera = fields.text("camera", 64);
   if (fields.has("width")) request.width = whole(fields, "width", smallest_side, largest_side);
   if (fields.has("height")) request.height = whole(fields, "height", smallest_side, largest_side);
+  if (fields.has("detectors")) request.detectors = fields.boolean("detectors");
   fields.finish();
   return request;
 }

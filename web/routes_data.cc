@@ -44,7 +44,8 @@ void add_data_routes(std::vector<Route>& routes, Backend& backend) {
                     R"({"type":"object","required":["kind"],"properties":{
                       "kind":{"enum":["png","mp4","strip","cloud","gltf","report"]},"trace":{"type":"string"},
                       "demo":{"type":"string"},"step":{"type":"integer","minimum":0},"camera":{"type":"string"},
-                      "width":{"type":"integer"},"height":{"type":"integer"}}})",
+                      "width":{"type":"integer"},"height":{"type":"integer"},
+                      "detectors":{"type":"boolean","default":false}}})",
                     "Started", [&backend](const Request& request) {
                       const Json body = body_json(request);
                       return json_response({{"job", backend.export_media(wire::export_request(body))}}, 202);

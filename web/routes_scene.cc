@@ -15,7 +15,8 @@ constexpr const char* view_schema = R"({"type":"object","properties":{
   "azimuth_deg":{"type":"number"},"elevation_deg":{"type":"number"},"distance":{"type":"number"},
   "lookat":{"$ref":"#/components/schemas/Vector3"},"fovy_deg":{"type":"number"},
   "size":{"type":"array","items":{"type":"integer"},"minItems":2,"maxItems":2},
-  "width":{"type":"integer"},"height":{"type":"integer"},"overlays":{"type":"boolean"}}})";
+  "width":{"type":"integer"},"height":{"type":"integer"},"overlays":{"type":"boolean"},
+  "detectors":{"type":"boolean","description":"draw the volumes that success terms watch"}}})";
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "web/wire_terms.h"
 #include "web/wire_values.h"
 
 namespace flowscope::web::wire {
@@ -54,7 +55,8 @@ Json to_json(const ViewSettings& view) {
             {"fovy_deg", orbit.fovy_deg}}},
           {"width", view.width},
           {"height", view.height},
-          {"overlays", view.overlays}};
+          {"overlays", view.overlays},
+          {"detectors", view.detectors}};
 }
 
 namespace {
@@ -88,8 +90,7 @@ Json status_json(const TrainStatus& status) {
 Json to_json(const StateSnapshot& state) {
   Json views = Json::array(), terms = Json::array();
   for (const ViewSettings& view : state.views) views.push_back(to_json(view));
-  for (const SuccessTerm& term : state.terms)
-    terms.push_back({{"name", term.name}, {"met", term.met}, {"value", term.value}});
+  for (const SuccessTerm& term : state.terms) terms.push_back(to_json(term));
   return {{"task", state.task},
           {"variation", state.variation},
           {"seed", state.seed},

@@ -32,7 +32,7 @@ test("the page's palette is the renderer's", () => {
 test("the style sheet uses the same colours", () => {
   const header = rgb_of_header();
   const sheet = read("web/ui/src/styles.css");
-  for (const name of ["noise", "action", "inside", "expert", "failure"]) {
+  for (const name of ["noise", "action", "inside", "expert", "failure", "met", "unmet"]) {
     const match = new RegExp(`--${name}: rgb\\((\\d+) (\\d+) (\\d+)\\)`).exec(sheet);
     assert.ok(match, `styles.css lacks --${name}`);
     match.slice(1).map(Number).forEach((value, i) =>

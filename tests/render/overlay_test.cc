@@ -152,6 +152,60 @@ TEST_F(OverlayTest, LabelWritesBesideItsPoint) {
   EXPECT_GT(near_point, 20);
 }
 
+TEST_F(OverlayTest, BoxTintsItsOutlineAndDrawsItsEdges) {
+  Overlay overlay;
+  overlay.boxes.push_back(
+      {{{0.25, 0, 0.05}, Eigen::Quaterniond::Identity()}, {0.08, 0.05, 0.04}, palette::unmet});
+  const ImageRgb picture = draw(overlay);
+  const int tint = change(picture, plain, pixel({0.25, 0, 0}));
+  EXPECT_GT(tint, 10);
+  EXPECT_EQ(change(picture, plain, pixel({-0.25, 0, 0})), 0);
+  EXPECT_EQ(change(picture, plain, pixel({0.25, 0.08, 0.09})), 0) << "beyond its short side";
+  EXPECT_GT(change(picture, plain, pixel({0.25, 0.0495, 0.09})), 2 * tint) << "an edge of its top";
+  // The outline is that of the top face, 1.51 m below the camera, and of a little of what is behind it.
+  const double top = camera.fx * camera.fx * 0.16 * 0.10 / (1.51 * 1.51);
+  EXPECT_NEAR(changed_pixels(picture, plain), top, 0.12 * top);
+}
+
+TEST_F(OverlayTest, BoxPaintedRayByRayIsTheBoxThatTheEngineDraws) {
+  // A turned box: the pixels that change are those that an opaque one would cover in the engine's own
+  // picture.
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, 3).normalized()));
+  const Pose world_from_box{{-0.2, 0.2, 0.5}, turn};
+  Overlay overlay;
+  overlay.boxes.push_back({world_from_box, {0.10, 0.06, 0.03}, {1, 0, 0, 1}});
+  const ImageRgb picture = draw(overlay);
+  const ModelPtr solid = testing::compile(R"(<mujoco><compiler angle="radian"/><worldbody>
+    <light pos="0.2 0.3 2" dir="-0.1 -0.1 -1"/>
+    <geom type="box" size="0.10 0.06 0.03" pos="-0.2 0.2 0.5" axisangle="1 2 3 0.6"/></worldbody></mujoco>)");
+  Renderer reference(solid.get(), "solid", {200, 200, 0, true});
+  const View seen = reference.observe(testing::initial_state(solid.get(), "solid"), camera);
+  int wrong = 0, covered = 0;
+  for (int y = 0; y < 200; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      const bool in_engine = seen.depth.at(x, y) > 0, in_overlay = change(picture, plain, {x, y}) > 2;
+      wrong += in_engine != in_overlay;
+      covered += in_engine;
+    }
+  }
+  EXPECT_GT(covered, 500);
+  EXPECT_LE(wrong, covered / 50) << "rims may differ";
+}
+
+TEST_F(OverlayTest, WhatStandsInABoxIsTintedMoreThanWhatIsBehindIt) {
+  Overlay around, above;
+  around.boxes.push_back({{{0, 0, 0.2}, Eigen::Quaterniond::Identity()}, {0.08, 0.08, 0.05}, palette::met});
+  above.boxes.push_back({{{0, 0, 0.4}, Eigen::Quaterniond::Identity()}, {0.08, 0.08, 0.05}, palette::met});
+  const auto middle = pixel({0.01, 0.01, 0.2});
+  EXPECT_GT(change(draw(around), plain, middle), change(draw(above), plain, middle));
+  Overlay inside_block;
+  inside_block.boxes.push_back(
+      {{{0, 0, 0.1}, Eigen::Quaterniond::Identity()}, {0.05, 0.05, 0.05}, palette::met});
+  const int hidden = change(draw(inside_block), plain, middle);
+  EXPECT_GT(hidden, 0);
+  EXPECT_LT(hidden, change(draw(above), plain, middle));
+}
+
 TEST_F(OverlayTest, LeavesNoTraceInTheNextPicture) {
   Overlay overlay;
   overlay.ghosts.push_back({{{0, 0, 0.4}, Eigen::Quaterniond::Identity()}, 1, palette::prediction});
@@ -170,6 +224,9 @@ TEST_F(OverlayTest, VeryLongLinesAndBrokenNumbersAreHarmless) {
   overlay.lines.push_back({{{nan, 0, 0}, {0, 0, 0}}, 0.01, palette::failure, {}});
   overlay.points.push_back({{{nan, 0, 0}}, 0.01, palette::inside});
   overlay.spheres.push_back({{0, 0, nan}, 0.1, palette::region});
+  overlay.boxes.push_back({{{0, nan, 0}, Eigen::Quaterniond::Identity()}, {0.1, 0.1, 0.1}, palette::met});
+  overlay.boxes.push_back({{{0, 0, 0}, Eigen::Quaterniond::Identity()}, {0.1, 0, 0.1}, palette::met});
+  overlay.boxes.push_back({{{0, 0, 1.6}, Eigen::Quaterniond::Identity()}, {9, 9, 0.1}, {1, 1, 1, 0}});
   EXPECT_GT(changed_pixels(draw(overlay), plain), 500);
 }
 

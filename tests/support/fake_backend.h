@@ -15,6 +15,7 @@
 #include <type_traits>
 
 #include "tests/support/fake_pictures.h"
+#include "tests/support/fake_terms.h"
 #include "tests/support/fake_values.h"
 #include "web/backend.h"
 #include "web/server.h"
@@ -36,7 +37,6 @@ class FakeBackend : public Backend {
     state_.instruction = "push the red button, then the blue button";
     state_.views = {ViewSettings{}};
     state_.cameras = {"front", "left_shoulder", "right_shoulder", "wrist"};
-    state_.terms = {{"red pressed", false, "0.0 mm"}, {"blue pressed", false, "0.0 mm"}};
     state_.policy = {true, "policies/live.fsp", 1240};
     exports_ = std::filesystem::temp_directory_path() / ("flowscope-fake-" + std::to_string(::getpid()));
     std::filesystem::create_directories(exports_);
@@ -303,6 +303,7 @@ class FakeBackend : public Backend {
   }
   StateSnapshot snapshot_locked() {
     StateSnapshot snapshot = state_;
+    snapshot.terms = fake_terms(state_.time_s);
     snapshot.viewers = viewers;
     snapshot.training = report_.running;
     snapshot.train = report_.status;

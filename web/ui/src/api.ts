@@ -41,6 +41,7 @@ export interface TrainOptions {
 }
 export interface ExportOptions {
   kind: "png" | "mp4" | "strip" | "cloud"; trace?: string; demo?: string; step?: number; camera?: string; width?: number; height?: number;
+  detectors?: boolean;
 }
 export interface CameraDrag { action: "rotate" | "pan" | "zoom"; dx: number; dy: number }
 export interface Health { status: "loading" | "ready"; message?: string }

@@ -7,6 +7,8 @@ export const palette = {
   expert: "rgb(74, 222, 128)", // green
   prediction: "rgba(250, 191, 36, 0.7)", // amber
   failure: "rgb(247, 112, 112)", // red
+  met: "rgba(74, 222, 128, 0.2)", // green: a success term that holds
+  unmet: "rgba(245, 115, 181, 0.2)", // pink: one that does not
 } as const;
 
 /// What the curves share with the page's style sheet.

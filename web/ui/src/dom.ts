@@ -16,6 +16,15 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+/// The same for drawings, whose elements have names of their own.
+export function svg<K extends keyof SVGElementTagNameMap>(
+  tag: K, attributes: Record<string, string | number> = {}, ...children: Node[]): SVGElementTagNameMap[K] {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  element.append(...children);
+  return element;
+}
+
 /// Replaces the content.
 export function fill(element: Element, ...children: Child[]): void {
   element.replaceChildren(...children.filter((c): c is Node | string | number => c !== null && c !== undefined && c !== false)

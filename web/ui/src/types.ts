@@ -3,10 +3,15 @@ export type Vec3 = [number, number, number];
 export type Quaternion = [number, number, number, number]; // w, x, y, z
 
 export interface TaskEntry { name: string; variations: number; instructions: string[] }
-export interface SuccessTerm { name: string; met: boolean; value: string }
+export interface SuccessTerm {
+  name: string; met: boolean; value: string;
+  path: string; // place in the task's success tree, "all/1/in_order/0"
+  measured: number | null; threshold: number | null; unit: string; wanted: "above" | "at most";
+  first_met_s: number | null;
+}
 export interface Orbit { azimuth_deg: number; elevation_deg: number; distance_m: number; lookat: Vec3; fovy_deg: number }
 export interface ViewSettings {
-  id: string; camera: string | null; orbit: Orbit; width: number; height: number; overlays: boolean;
+  id: string; camera: string | null; orbit: Orbit; width: number; height: number; overlays: boolean; detectors: boolean;
 }
 export interface TaskError { task: string; position_mm: number; rotation_deg: number; keyframes: number }
 export interface Validation { position_mm: number; rotation_deg: number; keyframes: number; tasks: TaskError[] }

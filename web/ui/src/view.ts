@@ -89,11 +89,11 @@ function camera_buttons(): HTMLElement {
   return bar;
 }
 
-function main_view(): ViewSettings | undefined {
+export function main_view(): ViewSettings | undefined {
   return store.state.snapshot?.views.find((view) => view.id === view_id) ?? store.state.snapshot?.views[0];
 }
 
-async function change_view(change: Partial<ViewSettings>): Promise<void> {
+export async function change_view(change: Partial<ViewSettings>): Promise<void> {
   const view = await api.set_view(view_id, change);
   const { snapshot } = store.state;
   if (snapshot && view) store.set({ snapshot: { ...snapshot, views: snapshot.views.map((v) => (v.id === view.id ? view : v)) } });

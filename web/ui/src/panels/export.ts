@@ -34,6 +34,7 @@ export function export_panel(): HTMLElement {
   const camera = h("select", { "data-testid": "export-camera", "aria-label": "camera" });
   const width = number_input("export-width", "width", 1280, { min: 16, max: 3840, step: 2 });
   const height = number_input("export-height", "height", 960, { min: 16, max: 3840, step: 2 });
+  const detectors = h("input", { type: "checkbox", "data-testid": "export-detectors" });
   const about = h("p", { class: "quiet" });
   const demo_field = field("demonstration", demo);
   const job = job_view("export-job", finished);
@@ -43,6 +44,7 @@ export function export_panel(): HTMLElement {
     const what = source.value as Source;
     return {
       kind, width: read_number(width), height: read_number(height),
+      ...(detectors.checked && (kind === "png" || kind === "mp4") ? { detectors: true } : {}),
       ...(camera.value ? { camera: camera.value } : {}),
       ...(what === "trace" && trace ? { trace: trace.id, ...(kind === "png" ? { step } : {}) } : {}),
       ...(what === "demo" ? { demo: demo.value } : {}),
@@ -95,5 +97,6 @@ export function export_panel(): HTMLElement {
   return h("div", { class: "panel export-panel" }, h("h2", {}, "Export"),
     h("div", { class: "row wrap" }, field("what", source), demo_field),
     h("div", { class: "row wrap" }, field("camera", camera), field("width", width, "px"), field("height", height, "px")),
+    h("label", { class: "check", title: "draw the volumes and ways that success terms watch into pictures and films" }, detectors, "detectors"),
     about, h("div", { class: "row" }, png, mp4, strip, cloud), result);
 }

@@ -4,6 +4,7 @@ import { api } from "../api";
 import { fill, h, number_input, read_number, set_text, show_if } from "../dom";
 import { job_view } from "../job_view";
 import { store } from "../store";
+import { terms_block } from "./terms";
 
 function line_of(where: string | undefined): number | null {
   const match = /:(\d+)(?::\d+)?:?$/.exec(where ?? "") ?? /\bline (\d+)/.exec(where ?? "");
@@ -41,17 +42,6 @@ function script_editor() {
       if (line !== null) text.scrollTop = Math.max(0, (line - 4) * parseFloat(getComputedStyle(text).lineHeight));
     },
   };
-}
-
-function success_terms(): HTMLElement {
-  const list = h("ul", { class: "terms", "data-testid": "terms" });
-  store.watch((s) => [JSON.stringify(s.snapshot?.terms ?? []), s.snapshot?.success] as const, () => {
-    const terms = store.state.snapshot?.terms ?? [];
-    fill(list, ...terms.map((term) => h("li", { "data-met": String(term.met) },
-      h("i", { class: "mark" }, term.met ? "✓" : "·"), h("span", {}, term.name.replaceAll("_", " ")), h("b", {}, term.value))));
-    if (terms.length === 0) fill(list, h("li", { class: "quiet" }, "no success terms known yet"));
-  });
-  return h("section", { class: "block" }, h("h2", {}, "Success"), list);
 }
 
 export function record_panel(): HTMLElement {
@@ -122,5 +112,5 @@ export function record_panel(): HTMLElement {
     h("div", { class: "row" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet" }, "episodes, a seed each")), stop),
     job.element,
     h("div", { class: "row spread" }, tally, to_train),
-    success_terms());
+    terms_block());
 }
