@@ -117,6 +117,7 @@ int run_cli(int argc, const char* const* argv) {
   add_ablate_command(root, context);
   add_policy_command(root, context);
   add_export_command(root, context);
+  add_scene_command(root, context);
   add_serve_command(root, context);
   add_bench_command(root, context);
   name_environment_twins_of_call(root, argc, argv);

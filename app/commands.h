@@ -19,6 +19,7 @@ void add_eval_command(CLI::App& root, Context& context);
 void add_ablate_command(CLI::App& root, Context& context);
 void add_policy_command(CLI::App& root, Context& context);
 void add_export_command(CLI::App& root, Context& context);
+void add_scene_command(CLI::App& root, Context& context);
 void add_serve_command(CLI::App& root, Context& context);
 void add_bench_command(CLI::App& root, Context& context);
 

@@ -1,0 +1,156 @@
+#include "recorder/mesh_import.h"
+
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <set>
+#include <string>
+
+namespace flowscope {
+namespace {
+
+constexpr std::uintmax_t kMost_bytes = 256u << 20;
+constexpr std::size_t kMost_triangles = 1'000'000;
+constexpr int kMost_levels = 64;
+
+/// A mesh file may name others (materials, buffers); only those in its own folder are opened.
+class FolderOnly : public Assimp::DefaultIOSystem {
+ public:
+  explicit FolderOnly(const std::filesystem::path& folder)
+      : folder_(std::filesystem::weakly_canonical(folder)) {}
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return allowed(file, mode) ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+
+ private:
+  bool allowed(const std::filesystem::path& file, const std::string& mode) const {
+    std::error_code error;
+    const auto whole = std::filesystem::weakly_canonical(file, error);
+    if (error || mode.find_first_of("wa+") != std::string::npos) return false;
+    return std::mismatch(folder_.begin(), folder_.end(), whole.begin(), whole.end()).first == folder_.end();
+  }
+  std::filesystem::path folder_;
+};
+
+std::uint8_t byte_of(double value) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+}
+
+double to_srgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& file, const MeshImportOptions& options)
+      : file_(file), options_(options) {
+    ending_ = file.extension().string();
+    std::ranges::transform(ending_, ending_.begin(), [](unsigned char c) { return std::tolower(c); });
+  }
+
+  TriangleMesh read() {
+    check_file();
+    Assimp::Importer importer;
+    importer.SetIOHandler(
+        new FolderOnly(file_.has_parent_path() ? file_.parent_path() : "."));  // it takes it
+    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    const aiScene* scene = nullptr;
+    try {
+      scene = importer.ReadFile(
+          file_.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+    if (scene == nullptr) fail(importer.GetErrorString());
+    if (scene->mRootNode == nullptr || !scene->HasMeshes()) fail("holds no triangles");
+    add(*scene, *scene->mRootNode, aiMatrix4x4(), 0);
+    if (mesh_.triangles.empty()) fail("holds no triangles");
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& why) const { throw BadMesh(file_.string() + ": " + why); }
+
+  bool is_gltf() const { return ending_ == ".gltf" || ending_ == ".glb"; }
+
+  void check_file() const {
+    static const std::set<std::string> known{".gltf", ".glb", ".dae", ".obj", ".ply", ".stl"};
+    if (!known.contains(ending_)) fail("is no mesh file that can be read (.gltf .glb .dae .obj .ply .stl)");
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file_, error)) fail("there is no such file");
+    const auto bytes = std::filesystem::file_size(file_, error);
+    if (error) fail(error.message());
+    if (bytes == 0) fail("is empty");
+    if (bytes > kMost_bytes) fail("is larger than 256 MiB");
+  }
+
+  void add(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int level) {
+    if (level > kMost_levels) fail("its nodes are nested too deeply");
+    const aiMatrix4x4 placed = parent * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) add(scene, *scene.mMeshes[node.mMeshes[i]], placed);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) add(scene, *node.mChildren[i], placed, level + 1);
+  }
+
+  void add(const aiScene& scene, const aiMesh& part, const aiMatrix4x4& placed) {
+    if (!part.HasPositions() || !part.HasFaces()) return;
+    if (mesh_.triangles.size() + part.mNumFaces > kMost_triangles)
+      fail("has more than 1000000 triangles; make it simpler first");
+    const int first = static_cast<int>(mesh_.vertices.size());
+    for (unsigned i = 0; i < part.mNumVertices; ++i)
+      mesh_.vertices.push_back(position(placed * part.mVertices[i]));
+    const aiColor4D material = color_of(scene, part.mMaterialIndex);
+    const bool mirrored = placed.Determinant() < 0;
+    for (unsigned i = 0; i < part.mNumFaces; ++i) {
+      const aiFace& face = part.mFaces[i];
+      if (face.mNumIndices != 3) continue;
+      std::array<int, 3> corners{};
+      aiColor4D sum(0, 0, 0, 0);
+      for (unsigned k = 0; k < 3; ++k) {
+        if (face.mIndices[k] >= part.mNumVertices) fail("a triangle names a corner that does not exist");
+        corners[k] = first + static_cast<int>(face.mIndices[k]);
+        sum += part.HasVertexColors(0) ? part.mColors[0][face.mIndices[k]] : aiColor4D(1, 1, 1, 1);
+      }
+      if (mirrored) std::swap(corners[1], corners[2]);
+      mesh_.triangles.push_back(corners);
+      mesh_.colors.push_back(
+          {shown(material.r * sum.r / 3), shown(material.g * sum.g / 3), shown(material.b * sum.b / 3)});
+    }
+  }
+
+  /// glTF's colours are linear light, everybody else's are as shown.
+  std::uint8_t shown(double value) const { return byte_of(is_gltf() ? to_srgb(value) : value); }
+
+  static aiColor4D color_of(const aiScene& scene, unsigned index) {
+    aiColor4D color(0.7f, 0.7f, 0.7f, 1);
+    if (index >= scene.mNumMaterials) return color;
+    const aiMaterial& material = *scene.mMaterials[index];
+    if (material.Get("$clr.base", 0, 0, color) == aiReturn_SUCCESS) return color;
+    material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+    return color;
+  }
+
+  Eigen::Vector3d position(const aiVector3D& at) const {
+    if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
+      fail("has a corner that is not finite");
+    const char up = options_.up.value_or(is_gltf() || ending_ == ".dae" ? 'y' : 'z');
+    const Eigen::Vector3d p = options_.metres_per_unit * Eigen::Vector3d(at.x, at.y, at.z);
+    return up == 'y' ? Eigen::Vector3d(p.x(), -p.z(), p.y()) : p;
+  }
+
+  const std::filesystem::path& file_;
+  const MeshImportOptions& options_;
+  std::string ending_;
+  TriangleMesh mesh_;
+};
+
+}  // namespace
+
+TriangleMesh read_mesh(const std::filesystem::path& file, const MeshImportOptions& options) {
+  return Reader(file, options).read();
+}
+
+}  // namespace flowscope

@@ -1,0 +1,202 @@
+// Volumes, inertias, hulls, cuts and convex parts against formulas.
+#include "recorder/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "recorder/convex_hull.h"
+#include "recorder/convex_parts.h"
+#include "recorder/mesh_cut.h"
+#include "tests/support/sample_meshes.h"
+
+namespace flowscope {
+namespace {
+
+using Eigen::Vector3d;
+using testing::box;
+using testing::cup;
+using testing::l_shape;
+using testing::sphere;
+
+TriangleMesh shifted(TriangleMesh mesh, const Vector3d& by) {
+  for (Vector3d& v : mesh.vertices) v += by;
+  return mesh;
+}
+
+void expect_inertia(const MassProperties& found, double xx, double yy, double zz, double tolerance) {
+  const Eigen::Matrix3d expected = Vector3d(xx, yy, zz).asDiagonal();
+  EXPECT_LT((found.inertia - expected).norm(), tolerance * expected.norm()) << found.inertia;
+}
+
+TEST(MassProperties, OfABoxAreExactWhereverItStands) {
+  const TriangleMesh mesh = shifted(box({0.2, 0.3, 0.5}), {5, -7, 11});
+  const MassProperties p = mass_properties(mesh);
+  const double v = 0.2 * 0.3 * 0.5;
+  EXPECT_NEAR(p.volume, v, 1e-12 * v);
+  EXPECT_LT((p.center - Vector3d(5.1, -6.85, 11.25)).norm(), 1e-12);
+  expect_inertia(p, v * (0.09 + 0.25) / 12, v * (0.04 + 0.25) / 12, v * (0.04 + 0.09) / 12, 1e-10);
+}
+
+TEST(MassProperties, OfATetrahedronFollowTheFormula) {
+  // Corner at the origin, edges a along the axes: I_xx about the corner is V a^2 / 5, about the centre
+  // V a^2 (1/5 - 1/8) = 3 V a^2 / 40; products of inertia about the centre are V a^2 (1/16 - 1/20) = V a^2
+  // / 80.
+  const double a = 0.4, v = a * a * a / 6;
+  const TriangleMesh mesh{
+      {{0, 0, 0}, {a, 0, 0}, {0, a, 0}, {0, 0, a}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {}};
+  ASSERT_TRUE(is_closed(mesh));
+  const MassProperties p = mass_properties(mesh);
+  EXPECT_NEAR(p.volume, v, 1e-12);
+  EXPECT_LT((p.center - Vector3d::Constant(a / 4)).norm(), 1e-12);
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(p.inertia(i, k), i == k ? 3 * v * a * a / 40 : v * a * a / 80, 1e-12) << i << k;
+}
+
+TEST(MassProperties, OfASphereApproachTheFormula) {
+  const double r = 0.1;
+  const MassProperties p = mass_properties(shifted(sphere(r, 64, 128), {1, 2, 3}));
+  const double v = 4.0 / 3 * std::numbers::pi * r * r * r;
+  EXPECT_NEAR(p.volume, v, 2e-3 * v);
+  EXPECT_LT((p.center - Vector3d(1, 2, 3)).norm(), 1e-9);
+  const double i = 0.4 * v * r * r;
+  expect_inertia(p, i, i, i, 4e-3);
+}
+
+TEST(Tidy, WeldsTurnsAndDrops) {
+  TriangleMesh soup;  // every triangle with corners of its own, every third one turned round
+  const TriangleMesh solid = box({0.1, 0.2, 0.3});
+  for (std::size_t i = 0; i < solid.triangles.size(); ++i) {
+    const int base = static_cast<int>(soup.vertices.size());
+    for (const int corner : solid.triangles[i])
+      soup.vertices.push_back(solid.vertices[static_cast<std::size_t>(corner)]);
+    soup.triangles.push_back(i % 3 == 0 ? std::array<int, 3>{base, base + 2, base + 1}
+                                        : std::array<int, 3>{base, base + 1, base + 2});
+  }
+  soup.triangles.push_back({0, 0, 1});
+  soup.triangles.push_back(soup.triangles[4]);
+  EXPECT_FALSE(is_closed(soup));
+  tidy(soup);
+  EXPECT_EQ(soup.vertices.size(), 8u);
+  EXPECT_EQ(soup.triangles.size(), 12u);
+  EXPECT_TRUE(is_closed(soup));
+  EXPECT_NEAR(mass_properties(soup).volume, 0.006, 1e-9);
+  TriangleMesh inside_out = solid;
+  for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
+  tidy(inside_out);
+  EXPECT_NEAR(mass_properties(inside_out).volume, 0.006, 1e-12);
+}
+
+TEST(Hull, OfPointsOnAndInABox) {
+  std::vector<Vector3d> points = box({1, 2, 3}).vertices;
+  for (int i = 1; i < 10; ++i) points.emplace_back(0.1 * i, 0.2 * i, 0.3 * i);
+  const TriangleMesh hull = convex_hull(points);
+  EXPECT_EQ(hull.vertices.size(), 8u);
+  EXPECT_TRUE(is_closed(hull));
+  EXPECT_NEAR(mass_properties(hull).volume, 6, 1e-9);
+  EXPECT_NEAR(hull_volume(points), 6, 1e-9);
+  EXPECT_EQ(hull_volume({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0.3, 0.3, 0}}), 0);
+  EXPECT_TRUE(convex_hull({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}).triangles.empty());
+}
+
+TEST(Hull, WithFewerCornersKeepsItsExtent) {
+  const TriangleMesh ball = sphere(0.05, 40, 80);
+  const TriangleMesh few = simple_hull(ball.vertices, 200);
+  EXPECT_LE(few.vertices.size(), 200u);
+  EXPECT_LT((extent_of(few.vertices).size() - Vector3d::Constant(0.1)).cwiseAbs().maxCoeff(), 2e-4);
+  EXPECT_GT(mass_properties(few).volume, 0.95 * mass_properties(ball).volume);
+}
+
+TEST(Cut, HalvesKeepTheVolumeToTheLastDigit) {
+  for (const TriangleMesh& mesh : {l_shape(), cup(), sphere(0.05, 12, 20)}) {
+    const double whole = mass_properties(mesh).volume;
+    for (const Vector3d& direction :
+         {Vector3d(1, 0, 0), Vector3d(0, 0, 1), Vector3d(1, 2, -1.5), Vector3d(0.3, -1, 0.2)}) {
+      const Vector3d n = direction.normalized();
+      for (const double offset : {0.0, 0.006, 0.02, 0.0314}) {
+        const Plane plane{n, offset};
+        const CutMesh under = below({mesh}, plane, true);
+        const TriangleMesh &low = under.mesh, high = below({mesh}, plane.turned(), true).mesh;
+        EXPECT_TRUE(low.triangles.empty() || is_closed(low));
+        EXPECT_NEAR(mass_properties(low).volume + mass_properties(high).volume, whole, 1e-9 * whole)
+            << direction.transpose() << " at " << offset;
+        for (const Vector3d& v : low.vertices) ASSERT_LE(n.dot(v), offset + 1e-9);
+        // And again, through the caps of the first cut.
+        const Plane across{n.unitOrthogonal(), 0.013};
+        const double parts = mass_properties(below(under, across, true).mesh).volume +
+                             mass_properties(below(under, across.turned(), true).mesh).volume;
+        EXPECT_NEAR(parts, mass_properties(low).volume, 1e-9 * whole);
+      }
+    }
+  }
+}
+
+TEST(Cut, CornersOutsideThePartAreLeftOut) {
+  // A quarter of the cup above its floor: its hull must not reach to the axis.
+  const TriangleMesh mesh = cup();
+  CutMesh part{mesh};
+  for (const Plane& plane : {Plane{{1, 0, 0}, 0}, Plane{{0, 1, 0}, 0}, Plane{{0, 0, -1}, -0.006}})
+    part = below(part, plane, true);
+  double nearest = 1;
+  for (const Vector3d& v : corners_of(part, mesh)) nearest = std::min(nearest, std::hypot(v.x(), v.y()));
+  EXPECT_GT(nearest, 0.0355);
+  // The middle of a box is a corner of its eighth.
+  part = {box({0.2, 0.2, 0.2})};
+  for (int axis = 0; axis < 3; ++axis) part = below(part, {Vector3d::Unit(axis), 0.1}, true);
+  EXPECT_NEAR(hull_volume(corners_of(part, box({0.2, 0.2, 0.2}))), 0.001, 1e-9);
+}
+
+double sum_of_volumes(const std::vector<TriangleMesh>& parts) {
+  double sum = 0;
+  for (const TriangleMesh& part : parts) sum += mass_properties(part).volume;
+  return sum;
+}
+
+TEST(ConvexParts, AConvexShapeIsOnePart) {
+  EXPECT_EQ(convex_parts(box({0.1, 0.2, 0.3}), {}).size(), 1u);
+  EXPECT_EQ(convex_parts(sphere(0.05, 16, 24), {}).size(), 1u);
+}
+
+TEST(ConvexParts, AnLShapeIsTwoAndExact) {
+  const auto parts = convex_parts(l_shape(), {});
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_NEAR(sum_of_volumes(parts), 96e-6, 1e-9 * 96e-6);
+}
+
+TEST(ConvexParts, ACupIsHollow) {
+  const TriangleMesh mesh = cup();
+  const auto parts = convex_parts(mesh, {});
+  const double solid = mass_properties(mesh).volume;
+  std::printf("cup: %zu parts, volume %.1f %% too large\n", parts.size(),
+              100 * (sum_of_volumes(parts) / solid - 1));
+  EXPECT_LE(parts.size(), 16u);
+  EXPECT_GE(parts.size(), 5u);
+  EXPECT_LT(sum_of_volumes(parts), 1.6 * solid);
+  // Room for a ball of half the inner radius all the way down.
+  for (const TriangleMesh& part : parts)
+    for (const Vector3d& v : part.vertices) {
+      if (v.z() <= 0.0061) continue;
+      EXPECT_GT(std::hypot(v.x(), v.y()), 0.018);
+    }
+}
+
+TEST(ConvexParts, AsFewAsAsked) {
+  const auto one = convex_parts(l_shape(), {1, 0.02, 200});
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_NEAR(sum_of_volumes(one), hull_volume(l_shape().vertices), 1e-12);
+  EXPECT_LE(convex_parts(cup(), {4, 0.02, 200}).size(), 4u);
+}
+
+TEST(ConvexParts, AnOpenSheetStillGetsParts) {
+  TriangleMesh sheet = l_shape();
+  sheet.triangles.resize(sheet.triangles.size() - 1);
+  ASSERT_FALSE(is_closed(sheet));
+  const auto parts = convex_parts(sheet, {});
+  EXPECT_GE(parts.size(), 2u);
+  EXPECT_LT(sum_of_volumes(parts), 0.75 * hull_volume(sheet.vertices));
+  EXPECT_TRUE(convex_parts({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}, {}}, {}).empty());
+}
+
+}  // namespace
+}  // namespace flowscope
