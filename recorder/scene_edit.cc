@@ -17,9 +17,12 @@ namespace {
 namespace pt = boost::property_tree;
 using Tree = pt::ptree;
 
-constexpr double kDampingTime_s = 0.06;  ///< damping = stiffness x this: stiff, yet without overshoot
-constexpr double kArmature = 0.1, kFingerArmature = 0.01;  ///< kg m^2
-const Eigen::Vector3d kWristCamera(0.06, 0, -0.12);        ///< metres, in the tool's frame, looking along +z
+/// An added motor's damping is its stiffness times `settle_s`.
+struct Motor {
+  double settle_s, armature;  ///< armature: kg m^2 or kg
+};
+constexpr Motor kArmMotor{0.06, 0.1}, kFingerMotor{0.02, 0.01};
+const Eigen::Vector3d kWristCamera(0.06, 0, -0.12);  ///< metres, in the tool's frame, looking along +z
 
 Tree parsed(const std::string& xml) {
   Tree tree;
@@ -189,11 +192,11 @@ class Editor {
   void add_actuators() {
     Tree actuators;
     for (std::size_t i = 0; i < robot_.stiffness.size(); ++i) {
-      drive(robot_.joints[i], robot_.actuators[i], robot_.stiffness[i], kArmature, actuators);
+      drive(robot_.joints[i], robot_.actuators[i], robot_.stiffness[i], kArmMotor, actuators);
     }
     for (const auto& finger : robot_.fingers) {
       if (finger.stiffness > 0) {
-        drive(finger.joint, finger.actuator, finger.stiffness, kFingerArmature, actuators);
+        drive(finger.joint, finger.actuator, finger.stiffness, kFingerMotor, actuators);
       }
     }
     if (actuators.empty()) return;
@@ -201,13 +204,13 @@ class Editor {
     root_.erase("keyframe");  // its control inputs would be too few; the caller keeps its posture
   }
   /// A joint as stiff as a position-controlled motor.
-  void drive(const std::string& joint, const std::string& actuator, double stiffness, double armature,
+  void drive(const std::string& joint, const std::string& actuator, double stiffness, const Motor& motor,
              Tree& actuators) {
     bool found = false;
     walk([&](const std::string& tag, Tree& node) {
       if (tag != "joint" || node.get("<xmlattr>.name", "") != joint) return;
-      node.put("<xmlattr>.damping", numbers({kDampingTime_s * stiffness}));
-      node.put("<xmlattr>.armature", numbers({armature}));
+      node.put("<xmlattr>.damping", numbers({motor.settle_s * stiffness}));
+      node.put("<xmlattr>.armature", numbers({motor.armature}));
       found = true;
     });
     if (!found) throw std::runtime_error("the scene has no joint '" + joint + "'");

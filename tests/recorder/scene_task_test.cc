@@ -90,7 +90,7 @@ TEST_F(Scene, AnMjcfOpensForViewing) {
   EXPECT_EQ(observation_cameras(task->model()), std::vector<std::string>{"eye"});
   EXPECT_EQ(task->model()->nlight, 1);
   World world(task);
-  EXPECT_NEAR(world.world_from("part").position.x(), 0.5, 1e-6) << "it begins with its key frame";
+  EXPECT_NEAR(world.world_from("part").position.x(), 0.5, 1e-4) << "it begins with its key frame";
   EXPECT_LT(world.world_from("part").position.z(), 0.39) << "and has begun to fall";
   EXPECT_NEAR(world.advance({}, 1).time_s, 0.05, 1e-9);
   const RunReport report = run_script(world, parse_script("steps: [{gripper: close}]"), {});
@@ -117,20 +117,23 @@ TEST_F(Scene, AUrdfArmMovesWithItsDescription) {
   EXPECT_GE(report.demo->info.keyframes, 1);
   const Pose moved = before.inverse() * world.frame().world_from_tool;
   EXPECT_LT((moved.position - Eigen::Vector3d(0.05, 0, -0.05)).norm(), 0.003);
+  const auto q = world.joint_targets();
+  for (int i = 0; i < 5; ++i) world.advance(q, 0);
   EXPECT_LT(world.frame().openness, 0.1);
   EXPECT_EQ(world.frame().q[6], 0);
 }
 
 TEST_F(Scene, TheHandTakesWhatIsLoose) {
-  const auto scene = file("swing.xml",
-                          "<mujoco><option gravity='0 0 0'/><worldbody><body name='hand' pos='0 0 0.5'>"
-                          "<joint name='turn' type='hinge' axis='0 0 1' range='-1.5 1.5' limited='true'/>"
-                          "<geom type='capsule' size='0.02' fromto='0 0 0 0.3 0 0'/>"
-                          "<body name='jaw' pos='0.3 0 0'><joint name='grip' type='slide' axis='0 1 0'/>"
-                          "<geom type='box' size='0.01 0.01 0.01'/></body></body>"
-                          "<body pos='0.4 0 0.5'><freejoint/><geom type='sphere' size='0.02'/></body>"
-                          "<body name='far' pos='0.4 0.3 0.5'><freejoint/><geom type='sphere' size='0.02'/>"
-                          "</body></worldbody></mujoco>");
+  const auto scene = file(
+      "swing.xml",
+      "<mujoco><compiler angle='radian'/><option gravity='0 0 0'/><worldbody><body name='hand' pos='0 0 0.5'>"
+      "<joint name='turn' type='hinge' axis='0 0 1' range='-1.5 1.5' limited='true'/>"
+      "<geom type='capsule' size='0.02' fromto='0 0 0 0.3 0 0'/>"
+      "<body name='jaw' pos='0.3 0 0'><joint name='grip' type='slide' axis='0 1 0'/>"
+      "<geom type='box' size='0.01 0.01 0.01'/></body></body>"
+      "<body pos='0.4 0 0.5'><freejoint/><geom type='sphere' size='0.02'/></body>"
+      "<body name='far' pos='0.4 0.3 0.5'><freejoint/><geom type='sphere' size='0.02'/>"
+      "</body></worldbody></mujoco>");
   const auto robot =
       file("swing.yaml",
            "joints: [turn]\nstiffness: [500]\nhome: [0]\nhand: hand\n"
