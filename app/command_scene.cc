@@ -97,7 +97,13 @@ int import(const ImportCall& call, bool json) {
       100 * (report.parts_volume / report.volume - 1));
   if (!report.closed)
     std::printf("the surface is not closed: mass and inertia are those of its convex hull\n");
-  std::printf("in a scene.xml of the same folder: <include file=\"%s\"/>\n", report.file.filename().c_str());
+  const std::string folder = std::filesystem::weakly_canonical(call.out).filename().string();
+  if (folder == options.name) {
+    std::printf("in a scene.xml beside this folder: <include file=\"%s/%s.xml\"/>\n", folder.c_str(),
+                folder.c_str());
+  } else {
+    std::printf("in a scene.xml in this folder: <include file=\"%s\"/>\n", report.file.filename().c_str());
+  }
   return 0;
 }
 

@@ -1,6 +1,7 @@
 #include "app/detector_overlay.h"
 
 #include <algorithm>
+#include <set>
 
 #include "app/overlay_layers.h"
 
@@ -12,7 +13,7 @@ using Eigen::Vector3d;
 /// Terms that watch one volume.
 struct Watched {
   const Detector* shape = nullptr;
-  int met = 0, terms = 0;
+  std::set<std::string> terms{}, met{};  ///< names: a tree may ask the same thing in several places
 };
 
 bool same_volume(const Detector& a, const Detector& b) {
@@ -27,8 +28,9 @@ Rgba color_of(bool met, float alpha) {
 }
 
 std::string label_of(const Watched& watched) {
-  if (watched.terms == 1) return watched.shape->name;
-  return watched.shape->place + ": " + std::to_string(watched.met) + " of " + std::to_string(watched.terms);
+  if (watched.terms.size() == 1) return watched.shape->name;
+  return watched.shape->place + ": " + std::to_string(watched.met.size()) + " of " +
+         std::to_string(watched.terms.size());
 }
 
 OverlayLine line(std::vector<Vector3d> points, double width_m, const Rgba& color) {
@@ -53,12 +55,12 @@ Vector3d add_track(const Detector& d, Overlay& overlay) {
 /// Returns where its label stands.
 Vector3d add_shape(const Watched& watched, Overlay& overlay) {
   const Detector& d = *watched.shape;
-  const bool met = watched.met > 0;
+  const bool met = !watched.met.empty();
   if (d.shape == Detector::Shape::track) return add_track(d, overlay);
   const Vector3d center = d.world_from_shape.position;
   // What still has to get there is tied to where it has to get; with several terms the lines would say
   // nothing.
-  if (d.subject && !met && watched.terms == 1)
+  if (d.subject && !met && watched.terms.size() == 1)
     overlay.lines.push_back(line({*d.subject, center}, 0.002, color_of(met, 0.9f)));
   if (d.shape == Detector::Shape::sphere) {
     overlay.spheres.push_back({center, d.half_size.x(), color_of(met, palette::met[3])});
@@ -77,8 +79,8 @@ Overlay overlay_of(const std::vector<Detector>& detectors) {
     auto found =
         std::ranges::find_if(volumes, [&](const Watched& w) { return same_volume(*w.shape, detector); });
     if (found == volumes.end()) found = volumes.insert(volumes.end(), {&detector});
-    ++found->terms;
-    found->met += detector.met;
+    found->terms.insert(detector.name);
+    if (detector.met) found->met.insert(detector.name);
   }
   Overlay overlay;
   for (const Watched& watched : volumes) {

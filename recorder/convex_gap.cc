@@ -20,16 +20,20 @@ struct Nearest {
   std::vector<Vector3d> corners;
 };
 
+// Small enough to need no memory of their own.
+using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
+using Edges = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
+
 /// Weights that make the least combination of `corners` with sum 1; false where corners are dependent.
-bool least_combination(const std::vector<Vector3d>& corners, Eigen::VectorXd& weights) {
+bool least_combination(const std::vector<Vector3d>& corners, Weights& weights) {
   const auto n = static_cast<Eigen::Index>(corners.size());
-  weights = Eigen::VectorXd::Ones(n);
+  weights = Weights::Ones(n);
   if (n == 1) return true;
-  Eigen::MatrixXd edges(3, n - 1);
+  Edges edges(3, n - 1);
   for (Eigen::Index i = 1; i < n; ++i) edges.col(i - 1) = corners[static_cast<std::size_t>(i)] - corners[0];
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(edges);
+  const Eigen::ColPivHouseholderQR<Edges> solver(edges);
   if (solver.rank() < n - 1) return false;
-  const Eigen::VectorXd along = solver.solve(-corners[0]);
+  const Weights along = solver.solve(-corners[0]);
   weights.tail(n - 1) = along;
   weights[0] = 1 - along.sum();
   return true;
@@ -43,7 +47,7 @@ Nearest nearest_to_origin(const std::vector<Vector3d>& simplex) {
     std::vector<Vector3d> corners;
     for (std::size_t i = 0; i < simplex.size(); ++i)
       if (mask >> i & 1) corners.push_back(simplex[i]);
-    Eigen::VectorXd weights;
+    Weights weights;
     if (!least_combination(corners, weights) || weights.minCoeff() < 0) continue;
     Vector3d point = Vector3d::Zero();
     for (std::size_t i = 0; i < corners.size(); ++i)

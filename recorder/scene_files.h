@@ -1,5 +1,5 @@
 // Compiling scene files. Those of assets/robots and assets/scenes are found by their bare names wherever a
-// scene lies.
+// scene lies, and so are meshes and pictures of objects that have a folder beside it (mug/mug.xml).
 #pragma once
 
 #include <filesystem>

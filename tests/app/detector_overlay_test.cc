@@ -46,8 +46,8 @@ TEST(DetectorOverlay, ColoursAndNamesEachVolume) {
 }
 
 TEST(DetectorOverlay, TermsThatWatchOneVolumeShareIt) {
-  const Overlay overlay = overlay_of(
-      {box("a inside bin", false, 0), box("b inside bin", true, 0), box("a inside bin", false, 1)});
+  const Overlay overlay = overlay_of({box("a inside bin", false, 0), box("b inside bin", true, 0),
+                                      box("a inside bin", false, 0), box("a inside bin", false, 1)});
   ASSERT_EQ(overlay.boxes.size(), 2u);
   EXPECT_EQ(overlay.boxes[0].color, palette::met);
   EXPECT_EQ(overlay.labels[0].text, "bin: 1 of 2");

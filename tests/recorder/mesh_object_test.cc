@@ -11,6 +11,8 @@
 
 #include "recorder/convex_hull.h"
 #include "recorder/mesh_picture.h"
+#include "recorder/scene_files.h"
+#include "recorder/task.h"
 #include "render/mujoco_owners.h"
 #include "render/renderer.h"
 #include "tests/support/sample_meshes.h"
@@ -272,6 +274,16 @@ TEST_F(Objects, ACupHoldsABall) {
   const DataPtr data(mj_makeData(model.get()));
   for (int i = 0; i < 1200; ++i) mj_step(model.get(), data.get());
   EXPECT_NEAR(data->qpos[9], 0.018, 0.003) << "the marble lies on the floor of the cup";
+}
+
+TEST_F(Objects, ASceneIncludesTheFolderOfAnObject) {
+  ObjectOptions options;
+  options.name = "mug";
+  write_object(testing::cup(), options, folder_.path() / "mug");
+  const auto scene = write("scene.xml", "<mujoco><include file='mug/mug.xml'/></mujoco>");
+  const ModelPtr model = SceneFiles(find_assets()).compile(scene);
+  EXPECT_GE(mj_name2id(model.get(), mjOBJ_BODY, "mug"), 0);
+  EXPECT_GE(model->nmesh, 2);
 }
 
 TEST_F(Objects, ColoursAreInThePicture) {
