@@ -11,7 +11,8 @@ namespace flowscope {
 namespace {
 
 constexpr int kTries = 20'000;
-constexpr double kTracking = 0.001;  // metres
+// How far from a waypoint the arm comes to rest, metres: what it holds or pushes lies to its side.
+const Eigen::Vector3d kTracking{0.002, 0.002, 0.001};
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 Range read_range(const TaskReader& reader, const TaskNode& map, const std::string& key, double unit) {
@@ -141,7 +142,7 @@ std::vector<Waypoint> waypoints(const Script& script, const mjModel* model, cons
 /// With room for the millimetre by which the arm may miss it.
 bool within(const Waypoint& waypoint, const Box& bounds) {
   const Eigen::Vector3d position = waypoint.world_from_frame * waypoint.frame_from_tool.position;
-  const Eigen::Vector3d room = Eigen::Vector3d::Constant(kTracking);
+  const Eigen::Vector3d& room = kTracking;
   return bounds.contains(position - room) && bounds.contains(position + room);
 }
 

@@ -11,7 +11,7 @@
 // footprints.
 //
 // A placement is drawn again until the footprints keep their distance and every waypoint of the demonstration
-// lies within the task's keyframe bounds, with a millimetre to spare.
+// lies within the task's keyframe bounds, with two millimetres to spare (one in height).
 #pragma once
 
 #include <optional>
