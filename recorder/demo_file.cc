@@ -5,7 +5,6 @@
 #include <cstring>
 #include <fstream>
 
-#include "recorder/demo_header.h"
 #include "recorder/demo_pixels.h"
 #include "recorder/demo_states.h"
 #include "recorder/sha256.h"
@@ -144,6 +143,17 @@ Demo decode_blocks(const DemoHeader& header, ByteReader& reader, DemoParts parts
 }
 
 }  // namespace
+
+DemoHeader describe_demo(const Demo& demo) {
+  require_finite(demo);
+  DemoHeader header = header_of(demo);
+  header.state = describe_states(demo.frames);
+  header.observations.push_back(describe_observation(demo.start));
+  for (const Keyframe& keyframe : demo.keyframes) {
+    header.observations.push_back(describe_observation(keyframe.observation));
+  }
+  return header;
+}
 
 Bytes encode_demo(const Demo& demo) {
   require_finite(demo);

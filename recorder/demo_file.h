@@ -9,6 +9,7 @@
 #include <string>
 
 #include "recorder/bytes.h"
+#include "recorder/demo_header.h"
 #include "recorder/demo_store.h"
 
 namespace flowscope {
@@ -19,6 +20,9 @@ enum class DemoParts { all, without_states };
 /// Throws std::invalid_argument naming the place when `demo` holds what the format cannot: non-finite
 /// numbers, states of different sizes, pictures that do not have their camera's size, a negative variation.
 Bytes encode_demo(const Demo& demo);
+
+/// The header that encode_demo writes, with all sizes of compressed blocks 0. Throws like encode_demo.
+DemoHeader describe_demo(const Demo& demo);
 
 /// Checks the checksum first, then everything else. Throws BadDemo naming `file` and the place. The id is
 /// `file`'s stem.

@@ -59,22 +59,29 @@ DepthImage depth_from_differences(std::span<const std::uint8_t> raw, int width, 
 
 }  // namespace
 
-std::vector<ViewLayout> pack_observation(const Observation& observation, Bytes& blocks) {
+std::vector<ViewLayout> describe_observation(const Observation& observation) {
   std::vector<ViewLayout> layouts;
   for (const View& view : observation.views) {
     require_storable(view);
     const auto farthest = std::max_element(view.depth.data.begin(), view.depth.data.end());
-    ViewLayout layout;
+    ViewLayout& layout = layouts.emplace_back();
     layout.camera = view.camera;
     layout.depth_unit_m =
         farthest == view.depth.data.end() ? finest_depth_m : std::max(finest_depth_m, *farthest / max_count);
+  }
+  return layouts;
+}
+
+std::vector<ViewLayout> pack_observation(const Observation& observation, Bytes& blocks) {
+  std::vector<ViewLayout> layouts = describe_observation(observation);
+  for (std::size_t v = 0; v < layouts.size(); ++v) {
+    const View& view = observation.views[v];
     const Bytes rgb = deflate_bytes(view.rgb.data);
-    const Bytes depth = deflate_bytes(depth_differences(view.depth, layout.depth_unit_m));
-    layout.rgb_bytes = rgb.size();
-    layout.depth_bytes = depth.size();
+    const Bytes depth = deflate_bytes(depth_differences(view.depth, layouts[v].depth_unit_m));
+    layouts[v].rgb_bytes = rgb.size();
+    layouts[v].depth_bytes = depth.size();
     blocks.insert(blocks.end(), rgb.begin(), rgb.end());
     blocks.insert(blocks.end(), depth.begin(), depth.end());
-    layouts.push_back(std::move(layout));
   }
   return layouts;
 }

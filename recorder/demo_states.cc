@@ -77,14 +77,22 @@ void xor_into(std::span<std::uint8_t> bytes, std::span<const std::uint8_t> other
 
 }  // namespace
 
-std::uint64_t pack_states(const std::vector<Frame>& frames, StateLayout& layout, Bytes& blocks) {
-  if (!frames.empty()) layout = layout_of(frames.front().state);
-  Bytes all, previous(layout.bytes());
+StateLayout describe_states(const std::vector<Frame>& frames) {
+  if (frames.empty()) return {};
+  const StateLayout layout = layout_of(frames.front().state);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (layout_of(frames[i].state) != layout) {
       throw std::invalid_argument("the state of frame " + std::to_string(i) +
                                   " is of another scene or size than the first");
     }
+  }
+  return layout;
+}
+
+std::uint64_t pack_states(const std::vector<Frame>& frames, StateLayout& layout, Bytes& blocks) {
+  layout = describe_states(frames);
+  Bytes all, previous(layout.bytes());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     const Bytes bytes = to_bytes(frames[i].state, i);
     xor_into(previous, bytes);
     all.insert(all.end(), previous.begin(), previous.end());

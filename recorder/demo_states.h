@@ -8,9 +8,11 @@
 
 namespace flowscope {
 
+/// Throws std::invalid_argument naming the frame whose state differs in scene or size from the first.
+StateLayout describe_states(const std::vector<Frame>& frames);
+
 /// Appends every frame's state to `blocks`, fills `layout`, returns the packed size. Throws
-/// std::invalid_argument naming the frame whose state differs in scene or size from the first, or holds a
-/// number that is not finite.
+/// std::invalid_argument like describe_states, or naming the frame that holds a number that is not finite.
 std::uint64_t pack_states(const std::vector<Frame>& frames, StateLayout& layout, Bytes& blocks);
 
 /// Fills the states of `frames`. Throws std::exception when the block is damaged.
