@@ -19,10 +19,10 @@ FORBIDDEN = {
     "web": {"torch", "mujoco", "EGL", "GL"},
     "app": set(),
 }
-MACRO_FLOODS = {"torch", "ATen", "c10", "GL", "EGL", "mujoco"}
-# The readers and writers of files with a JSON header, outside web and app.
+MACRO_FLOODS = {"torch", "ATen", "c10", "GL", "EGL", "mujoco", "hdf5", "png", "minizip"}
+# The readers and writers of files that hold JSON by their layout, outside web and app.
 JSON_READERS = {
-    "recorder/demo_header.cc", "policy/checkpoint.cc", "policy/container.cc", "policy/safetensors.cc", "policy/weights_io.cc",
+    "recorder/demo_header.cc", "recorder/robomimic_file.cc", "policy/checkpoint.cc", "policy/container.cc", "policy/safetensors.cc", "policy/weights_io.cc",
 }
 
 

@@ -1,0 +1,39 @@
+// RLBench's folder layout, as its own reader and the ones built on it (PerAct, 3D Diffuser Actor) take it:
+//
+//   <root>/<task>/variation<K>/episodes/episode<N>/     or all_variations/ instead of variation<K>/
+//     front_rgb/<i>.png, front_depth/<i>.png, …         rlbench_camera.h says how depth is packed
+//     low_dim_obs.pkl                                   rlbench.demo.Demo of
+//     rlbench.backend.observation.Observation variation_number.pkl, variation_descriptions.pkl flowscope.npz
+//     demo_arrays.h without pictures: what an import reads
+//
+// Poses in the pickle are x, y, z, qx, qy, qz, qw; misc has <camera>_camera_extrinsics, _intrinsics, _near
+// and _far of each frame. What our simulation has not is None there: forces, masks, random_seed.
+// ignore_collisions, which is not recorded, is always 1.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "recorder/export_source.h"
+
+namespace flowscope {
+
+struct RlbenchOptions {
+  bool all_frames = true;       ///< else the first frame and the keyframes: a much shorter episode
+  bool all_variations = false;  ///< the folder of that name instead of one for each variation
+};
+
+/// Adds an episode to the dataset under the next free number and returns its folder, which appears when it is
+/// whole. Throws std::invalid_argument when the demonstration cannot be written (a name that is no folder's,
+/// no one to take the pictures of all frames), std::runtime_error or std::system_error naming the path.
+std::filesystem::path write_rlbench_episode(const std::filesystem::path& root, const Demo& demo,
+                                            const ExportSource& source, const RlbenchOptions& options);
+
+/// Every episode folder under `root` (which may be one itself), in order of task, variation and number.
+/// Throws std::runtime_error naming the first one that write_rlbench_episode did not write.
+std::vector<std::filesystem::path> find_rlbench_episodes(const std::filesystem::path& root);
+
+/// Pictures and depth come from the PNG files. Throws std::runtime_error naming the file and the place.
+Demo read_rlbench_episode(const std::filesystem::path& episode);
+
+}  // namespace flowscope
