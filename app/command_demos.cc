@@ -29,6 +29,7 @@ void add_demos_command(CLI::App& root, Context& context) {
   add_demos_list(*demos, context);
   add_demos_check(*demos, context);
   add_demos_delete(*demos, context);
+  add_demos_exchange(*demos, context);
 }
 
 }  // namespace flowscope::app

@@ -31,8 +31,9 @@ auto with_known_id(Action&& action) {
 /// All ids first: a mistyped one must not leave half of the work done. Throws UsageError.
 void require_known_ids(const DemoStore& store, const std::vector<std::string>& ids, const Context& context);
 
-void add_demos_list(CLI::App& demos, Context& context);    ///< list, show
-void add_demos_check(CLI::App& demos, Context& context);   ///< check
-void add_demos_delete(CLI::App& demos, Context& context);  ///< delete
+void add_demos_list(CLI::App& demos, Context& context);      ///< list, show
+void add_demos_check(CLI::App& demos, Context& context);     ///< check
+void add_demos_delete(CLI::App& demos, Context& context);    ///< delete
+void add_demos_exchange(CLI::App& demos, Context& context);  ///< export, import
 
 }  // namespace flowscope::app

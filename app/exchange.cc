@@ -1,0 +1,109 @@
+#include "app/exchange.h"
+
+#include "recorder/demo_file.h"
+#include "recorder/npz_demos.h"
+#include "recorder/rlbench_episode.h"
+#include "recorder/robomimic_file.h"
+#include "render/new_file.h"
+
+namespace flowscope {
+namespace {
+
+/// The demonstrations that lie in a file or folder, one at a time.
+struct Shelf {
+  int count = 0;
+  std::function<Demo(int)> read;
+};
+
+template <typename Reader>
+Shelf shelf_of(const std::filesystem::path& file) {
+  auto reader = std::make_shared<const Reader>(file);
+  return {reader->count(), [reader](int i) { return reader->read(i); }};
+}
+
+Shelf open_shelf(ExchangeFormat format, const std::filesystem::path& source) {
+  if (format == ExchangeFormat::hdf5) return shelf_of<RobomimicReader>(source);
+  if (format == ExchangeFormat::npz) return shelf_of<NpzDemoReader>(source);
+  const auto episodes = find_rlbench_episodes(source);
+  return {static_cast<int>(episodes.size()),
+          [episodes](int i) { return read_rlbench_episode(episodes[static_cast<std::size_t>(i)]); }};
+}
+
+/// Encoding checks what reading does not: that every number is finite.
+void read_all(const Shelf& shelf) {
+  for (int i = 0; i < shelf.count; ++i) encode_demo(shelf.read(i));
+}
+
+template <typename Add>
+void for_each_demo(const DemoStore& store, const std::vector<std::string>& ids,
+                   const ExchangeProgress& progress, Add&& add) {
+  int done = 0;
+  for (const std::string& id : ids) {
+    try {
+      const std::string left_out = add(store.load(id));
+      progress(++done, left_out.empty() ? id : id + " (without its scene: " + left_out + ")");
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(id + ": " + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+void export_demos(const DemoStore& store, const std::vector<std::string>& ids, const ExportPlan& plan,
+                  const ExchangeProgress& progress) {
+  const bool rlbench = plan.format == ExchangeFormat::rlbench;
+  ExportScenes scenes(plan.task_dirs, {plan.every_frame, rlbench});
+  if (rlbench) {
+    for_each_demo(store, ids, progress, [&](const Demo& demo) {
+      write_rlbench_episode(plan.target, demo, scenes.source_for(demo),
+                            {plan.every_frame, plan.all_variations});
+      return scenes.left_out();
+    });
+    return;
+  }
+  NewFile file(plan.target);
+  if (plan.format == ExchangeFormat::hdf5) {
+    RobomimicWriter writer(file.temporary());
+    for_each_demo(store, ids, progress, [&](const Demo& demo) {
+      writer.add(demo, scenes.source_for(demo));
+      return scenes.left_out();
+    });
+    writer.finish();
+  } else {
+    NpzDemoWriter writer(file.temporary());
+    for_each_demo(store, ids, progress, [&](const Demo& demo) {
+      writer.add(demo);
+      return std::string();
+    });
+    writer.finish();
+  }
+  read_all(open_shelf(plan.format, file.temporary()));
+  file.commit();
+}
+
+std::vector<std::string> import_demos(const DemoStore& store, ExchangeFormat format,
+                                      const std::filesystem::path& source, const ExchangeProgress& progress) {
+  Shelf shelf;
+  try {
+    shelf = open_shelf(format, source);
+    if (shelf.count == 0) throw std::runtime_error(source.string() + ": holds no demonstration");
+    read_all(shelf);
+  } catch (const std::exception& error) {
+    const std::string what = error.what();
+    throw BadImport(what.starts_with(source.string()) ? what : source.string() + ": " + what);
+  }
+  std::vector<std::string> ids;
+  try {
+    for (int i = 0; i < shelf.count; ++i) {
+      ids.push_back(store.save(shelf.read(i)));
+      progress(i + 1, ids.back());
+    }
+  } catch (...) {
+    for (const std::string& id : ids) store.remove(id);
+    throw;
+  }
+  return ids;
+}
+
+}  // namespace flowscope
