@@ -139,11 +139,9 @@ std::vector<Waypoint> waypoints(const Script& script, const mjModel* model, cons
   return result;
 }
 
-/// With room for the millimetre by which the arm may miss it.
 bool within(const Waypoint& waypoint, const Box& bounds) {
   const Eigen::Vector3d position = waypoint.world_from_frame * waypoint.frame_from_tool.position;
-  const Eigen::Vector3d& room = kTracking;
-  return bounds.contains(position - room) && bounds.contains(position + room);
+  return bounds.contains(position - kTracking) && bounds.contains(position + kTracking);
 }
 
 /// In one of the rotations that the step calls as good.
