@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/bench_ik.h"
+#include "app/bench_plan.h"
 #include "app/bench_points.h"
 #include "app/bench_record.h"
 #include "app/bench_stream.h"
@@ -28,6 +30,8 @@ std::vector<BenchResult> measure(const std::string& name) {
   if (name == "tokens") return bench_tokens();
   if (name == "points") return bench_points_against_pcl();
   if (name == "train") return bench_train(assets);
+  if (name == "ik") return bench_ik(assets);
+  if (name == "plan") return bench_plan(assets);
   const auto scratch =
       std::filesystem::temp_directory_path() / ("flowscope-bench-" + std::to_string(::getpid()));
   auto results = name == "record" ? bench_record(assets, scratch) : bench_stream(assets, scratch);
@@ -63,8 +67,10 @@ void add_bench_command(CLI::App& root, Context& context) {
   command
       ->add_option(
           "names", *names,
-          "Which: stream, scan, train (these without a name), infer (minutes), tokens, points, record")
-      ->check(CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train", "record"}));
+          "Which: stream, scan, train (these without a name), infer (minutes), tokens, points, record, "
+          "ik, plan")
+      ->check(
+          CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train", "record", "ik", "plan"}));
   add_json_option(*command, context);
   set_body(*command, context, [names, &context] { return bench(*names, context); });
 }

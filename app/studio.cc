@@ -192,6 +192,7 @@ StateSnapshot Studio::reset(const std::string& task, std::optional<int> variatio
   }
   interrupt_motion();
   clear_shown();
+  show_failure({}, "");
   sim_.reset(task, v, seed.value_or(0)).get();
   return state();
 }

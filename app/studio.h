@@ -77,6 +77,9 @@ class Studio : public web::Backend {
   void send(web::Event event);
   void open_policy();
   void clear_shown();
+  /// Draws where a failed move was to go and why it is not there, until the next run or reset; without a pose
+  /// nothing.
+  void show_failure(const std::optional<Pose>& world_from_tool, const std::string& reason);
   /// Ends the script or move that runs, if any, and waits for it.
   void interrupt_motion();
   std::string keep(StoredTrace stored);

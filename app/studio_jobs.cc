@@ -6,6 +6,7 @@
 
 #include "app/detector_overlay.h"
 #include "app/export_media.h"
+#include "app/failure_overlay.h"
 #include "app/studio.h"
 #include "app/trace_overlay.h"
 #include "render/encode.h"
@@ -51,6 +52,7 @@ std::string Studio::run_script(const web::ScriptRequest& request) {
   }
   interrupt_motion();
   clear_shown();
+  show_failure({}, "");
   std::lock_guard lock(mutex_);
   motion_job_ = jobs_.start("script", [this, script, record = request.record](JobBoard::Handle& handle) {
     // A demonstration starts where the benchmark's does: at the reset scene.
@@ -61,6 +63,7 @@ std::string Studio::run_script(const web::ScriptRequest& request) {
       return record ? render_.observe(state).get() : Observation{};
     };
     const RunReport report = sim_.run_script(script, observe, handle.stop()).get();
+    if (!report.success) show_failure(report.world_from_tool, report.reason);
     if (!report.success && record) {
       throw ApiError(422, "run_failed", report.reason,
                      report.line > 0 ? "script:" + std::to_string(report.line) : "");
@@ -82,18 +85,24 @@ std::string Studio::run_script(const web::ScriptRequest& request) {
   return motion_job_;
 }
 
+void Studio::show_failure(const std::optional<Pose>& world_from_tool, const std::string& reason) {
+  render_.show("failure", world_from_tool ? overlay_of_failure(*world_from_tool, reason) : Overlay{});
+}
+
 std::string Studio::execute_trace(const std::string& id) {
   const auto stored = traces_.get(id);
   if (stored->episode != scene()->episode) {
     throw ApiError(409, "other_scene", "that prediction was made in a scene that has been reset since");
   }
   interrupt_motion();
+  show_failure({}, "");
   render_.unpin();  // the living scene from now on, with the prediction still drawn
   std::lock_guard lock(mutex_);
   motion_job_ = jobs_.start("execute", [this, stored](JobBoard::Handle& handle) {
     handle.update([](JobStatus& s) { s.message = "moving to the predicted keyframe"; });
     const MotionResult result = sim_.execute(stored->trace.result, stored->trace.seed, handle.stop()).get();
     const auto after = scene();
+    if (!result && !after->success) show_failure(result.world_from_tool, result.message);
     if (!result && !after->success) throw ApiError(422, to_string(result.failure), result.message);
     handle.update([&](JobStatus& s) {
       s.success = after->success;

@@ -3,29 +3,24 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <limits>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "recorder/geom_bounds.h"
+#include "recorder/moving_parts.h"
 #include "recorder/world.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
 namespace {
 
-constexpr double kTolerance_m = 0.001;
+using Eigen::Vector3d;
 
-Pose body_pose(const mjData* data, int body) {
-  const double* p = data->xpos + 3 * body;
-  const double* r = data->xquat + 4 * body;
-  return Pose::from_wxyz({p[0], p[1], p[2]}, {r[0], r[1], r[2], r[3]});
-}
-
-bool is_below(const mjModel* model, int body, int ancestor) {
-  while (body != 0 && body != ancestor) body = model->body_parentid[body];
-  return body == ancestor;
-}
+constexpr double kTolerance_m = 0.001, kClear_m = 0.0005;
 
 std::string name_of(const mjModel* model, int geom) {
   // Bodies are what people know; a geom's name is the finer word where the body is the world itself.
@@ -36,120 +31,166 @@ std::string name_of(const mjModel* model, int geom) {
   return name ? name : "the scene";
 }
 
+/// Whether the engine would ask whether two geoms touch: its own filters, in its own words.
+bool engine_compares(const mjModel* model, int geom1, int geom2) {
+  const int body1 = model->geom_bodyid[geom1], body2 = model->geom_bodyid[geom2];
+  const int weld1 = model->body_weldid[body1], weld2 = model->body_weldid[body2];
+  if (weld1 == weld2) return false;
+  const bool parents_count = !(model->opt.disableflags & mjDSBL_FILTERPARENT);
+  const int above1 = model->body_weldid[model->body_parentid[weld1]];
+  const int above2 = model->body_weldid[model->body_parentid[weld2]];
+  if (parents_count && weld1 != 0 && weld2 != 0 && (weld1 == above2 || weld2 == above1)) return false;
+  const int signature = ((std::min(body1, body2) + 1) << 16) + std::max(body1, body2) + 1;
+  const int* excluded = model->exclude_signature;
+  if (std::find(excluded, excluded + model->nexclude, signature) != excluded + model->nexclude) return false;
+  return (model->geom_contype[geom1] & model->geom_conaffinity[geom2]) != 0 ||
+         (model->geom_contype[geom2] & model->geom_conaffinity[geom1]) != 0;
+}
+
 }  // namespace
 
 struct CollisionChecker::Impl {
-  struct Held {
-    int qpos = 0;  ///< of its free joint
-    Pose hand_from_body;
+  /// Two geoms that might touch while the arm moves; at least the first one moves.
+  struct Pair {
+    int moving = 0, other = 0;
+    bool other_moves = false;
+    bool links = false;  ///< neither is of the hand or held
+    double margin = 0, allowed_m = 0;
+    GeomBounds other_bounds;  ///< where the other stands still
   };
-  using GeomPair = std::pair<int, int>;
 
   explicit Impl(const World& world)
       : model(world.model()),
-        data(mj_copyData(nullptr, model, world.data())),
+        data(up_to_date(world)),
         arm(find_arm(model, world.task().robot())),
-        hand(arm.hand) {
-    const int first_link = model->jnt_bodyid[arm.joint[0]];
-    moves.resize(model->nbody);
-    in_hand.resize(model->nbody);
-    for (int body = 1; body < model->nbody; ++body) {
-      moves[body] = is_below(model, body, first_link);
-      in_hand[body] = is_below(model, body, hand);
-    }
-    mj_kinematics(model, data.get());
-    for (const auto& name : world.grasped()) hold(mj_name2id(model, mjOBJ_BODY, name.c_str()));
-
+        parts(model, data.get(), arm, world.grasped()) {
+    find_pairs();
     JointVector start{};
     for (std::size_t i = 0; i < arm.joints; ++i) start[i] = data->qpos[arm.qpos[i]];
-    collide(start);
-    for (int i = 0; i < data->ncon; ++i) {
-      const mjContact& contact = data->contact[i];
-      if (!concerns_robot(contact)) continue;
-      double& depth = depth_at_start[{contact.geom1, contact.geom2}];
-      depth = std::max(depth, -contact.dist);
+    parts.place(start, data.get());
+    for (Pair& pair : pairs) {
+      const double distance = deepest(pair);
+      if (distance > pair.margin) continue;
+      touched = true;
+      pair.allowed_m = std::max(0.0, -distance);
     }
   }
 
-  /// A held body goes along with the hand. One that hangs on its own joints (a drawer) cannot; it may only
-  /// touch the hand.
-  void hold(int body) {
-    if (body < 0) return;
-    for (int other = 1; other < model->nbody; ++other) {
-      if (is_below(model, other, body)) in_hand[other] = true;
-    }
-    const int joint = model->body_jntadr[body];
-    if (joint < 0 || model->jnt_type[joint] != mjJNT_FREE) return;
-    held.push_back(
-        {model->jnt_qposadr[joint], body_pose(data.get(), hand).inverse() * body_pose(data.get(), body)});
-    for (int other = 1; other < model->nbody; ++other) {
-      if (is_below(model, other, body)) moves[other] = true;
-    }
+  static DataPtr up_to_date(const World& world) {
+    DataPtr copy(mj_copyData(nullptr, world.model(), world.data()));
+    mj_kinematics(world.model(), copy.get());
+    return copy;
   }
 
-  void collide(const JointVector& q) {
-    for (std::size_t i = 0; i < arm.joints; ++i) data->qpos[arm.qpos[i]] = q[i];
-    mj_kinematics(model, data.get());
-    if (!held.empty()) {
-      const Pose world_from_hand = body_pose(data.get(), hand);
-      for (const auto& body : held) {
-        const Pose world_from_body = world_from_hand * body.hand_from_body;
-        const Eigen::Vector4d wxyz = world_from_body.wxyz();
-        std::copy_n(world_from_body.position.data(), 3, data->qpos + body.qpos);
-        std::copy_n(wxyz.data(), 4, data->qpos + body.qpos + 3);
+  void find_pairs() {
+    const auto add = [&](int geom1, int geom2, double margin) {
+      const int body1 = model->geom_bodyid[geom1], body2 = model->geom_bodyid[geom2];
+      if (!parts.moves(body1) && !parts.moves(body2)) return;
+      if (parts.in_hand(body1) && parts.in_hand(body2)) return;
+      const auto [low, high] = std::minmax(model->geom_type[geom1], model->geom_type[geom2]);
+      if (!mjCOLLISIONFUNC[low][high]) return;
+      Pair pair;
+      pair.moving = parts.moves(body1) ? geom1 : geom2;
+      pair.other = parts.moves(body1) ? geom2 : geom1;
+      pair.other_moves = parts.moves(body1) && parts.moves(body2);
+      pair.links = !parts.in_hand(body1) && !parts.in_hand(body2);
+      pair.margin = margin;
+      if (!pair.other_moves) pair.other_bounds = geom_bounds(model, data.get(), pair.other);
+      pairs.push_back(pair);
+    };
+    std::set<std::pair<int, int>> named;
+    if (model->opt.collision != mjCOL_DYNAMIC) {
+      for (int i = 0; i < model->npair; ++i) {
+        const auto [low, high] = std::minmax(model->pair_geom1[i], model->pair_geom2[i]);
+        named.insert({low, high});
+        add(low, high, model->pair_margin[i]);
       }
-      mj_kinematics(model, data.get());
     }
-    mj_comPos(model, data.get());
-    mj_collision(model, data.get());
+    if (model->opt.collision == mjCOL_PAIR) return;
+    for (const auto& geom : parts.geoms()) {
+      for (int other = 0; other < model->ngeom; ++other) {
+        if (parts.moves(model->geom_bodyid[other]) && other <= geom.id) continue;  // each pair once
+        if (named.contains({std::min(geom.id, other), std::max(geom.id, other)})) continue;
+        if (!engine_compares(model, geom.id, other)) continue;
+        add(geom.id, other, std::max(model->geom_margin[geom.id], model->geom_margin[other]));
+      }
+    }
   }
 
-  bool concerns_robot(const mjContact& contact) const {
-    const int body1 = model->geom_bodyid[contact.geom1], body2 = model->geom_bodyid[contact.geom2];
-    return (moves[body1] || moves[body2]) && !(in_hand[body1] && in_hand[body2]);
+  bool may_touch(const Pair& pair) const {
+    const Vector3d center = Eigen::Map<const Vector3d>(data->geom_xpos + 3 * pair.moving);
+    const double radius = model->geom_rbound[pair.moving] + pair.margin;
+    if (model->geom_rbound[pair.moving] <= 0) return true;
+    if (!pair.other_moves) return pair.other_bounds.within(center, radius);
+    const double reach = radius + model->geom_rbound[pair.other];
+    const Vector3d apart = Eigen::Map<const Vector3d>(data->geom_xpos + 3 * pair.other) - center;
+    return apart.squaredNorm() <= reach * reach;
   }
 
-  /// How far beyond what is allowed, metres; <= 0 when the contact is no collision.
-  double excess(const mjContact& contact) const {
-    if (!concerns_robot(contact)) return 0;
-    const auto known = depth_at_start.find({contact.geom1, contact.geom2});
-    const double allowed = known == depth_at_start.end() ? 0 : known->second;
-    return -contact.dist - std::max(allowed, 0.0) - kTolerance_m;
+  /// Distance at the deepest contact, metres, negative inside each other; infinite when there is none.
+  double deepest(const Pair& pair) {
+    double distance = std::numeric_limits<double>::infinity();
+    if (!may_touch(pair)) return distance;
+    int geom1 = pair.moving, geom2 = pair.other;
+    if (model->geom_type[geom1] > model->geom_type[geom2]) std::swap(geom1, geom2);
+    const mjfCollision collide = mjCOLLISIONFUNC[model->geom_type[geom1]][model->geom_type[geom2]];
+    const int count = collide(model, data.get(), contacts.data(), geom1, geom2, pair.margin);
+    for (int i = 0; i < count; ++i) distance = std::min(distance, contacts[static_cast<std::size_t>(i)].dist);
+    return distance;
+  }
+
+  /// How far beyond what is allowed, metres; <= 0 when it is no collision.
+  double excess(const Pair& pair, double tolerance_m) {
+    return -deepest(pair) - pair.allowed_m - tolerance_m;
+  }
+
+  bool is_free(const JointVector& q, double tolerance_m, bool links_only = false) {
+    parts.place(q, data.get());
+    const auto collides = [&](const Pair& pair) {
+      return (!links_only || pair.links) && excess(pair, tolerance_m) > 0;
+    };
+    // Neighbouring postures mostly collide in the same place.
+    if (last_hit < pairs.size() && collides(pairs[last_hit])) return false;
+    const auto hit = std::ranges::find_if(pairs, collides);
+    if (hit == pairs.end()) return true;
+    last_hit = static_cast<std::size_t>(hit - pairs.begin());
+    return false;
   }
 
   const mjModel* model;
   DataPtr data;
   ArmIndices arm;
-  int hand = 0;
-  std::vector<char> moves, in_hand;  ///< per body
-  std::vector<Held> held;
-  std::map<GeomPair, double> depth_at_start;  ///< metres
+  MovingParts parts;
+  std::vector<Pair> pairs;
+  std::array<mjContact, mjMAXCONPAIR> contacts;
+  std::size_t last_hit = 0;
+  bool touched = false;
 };
 
 CollisionChecker::CollisionChecker(const World& world) : impl_(std::make_unique<Impl>(world)) {}
 CollisionChecker::~CollisionChecker() = default;
 
-bool CollisionChecker::is_free(const JointVector& q) {
-  impl_->collide(q);
-  const auto* contacts = impl_->data->contact;
-  return std::none_of(contacts, contacts + impl_->data->ncon,
-                      [&](const mjContact& contact) { return impl_->excess(contact) > 0; });
+bool CollisionChecker::is_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m); }
+bool CollisionChecker::is_clear(const JointVector& q) { return impl_->is_free(q, kClear_m); }
+bool CollisionChecker::links_are_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m, true); }
+bool CollisionChecker::touches_at_start() const { return impl_->touched; }
+
+void CollisionChecker::forget_start() {
+  impl_->touched = false;
+  for (auto& pair : impl_->pairs) pair.allowed_m = 0;
 }
 
-bool CollisionChecker::touches_at_start() const { return !impl_->depth_at_start.empty(); }
-void CollisionChecker::forget_start() { impl_->depth_at_start.clear(); }
-
 std::string CollisionChecker::describe(const JointVector& q) {
-  impl_->collide(q);
-  const mjContact* worst = nullptr;
-  for (int i = 0; i < impl_->data->ncon; ++i) {
-    const mjContact& contact = impl_->data->contact[i];
-    const double excess = impl_->excess(contact);
-    if (excess > 0 && (!worst || excess > impl_->excess(*worst))) worst = &contact;
+  impl_->parts.place(q, impl_->data.get());
+  const Impl::Pair* worst = nullptr;
+  double worst_excess = 0;
+  for (const auto& pair : impl_->pairs) {
+    const double excess = impl_->excess(pair, kClear_m);
+    if (excess > worst_excess) worst = &pair, worst_excess = excess;
   }
   if (!worst) return "";
-  const double depth_mm = std::ceil(-worst->dist * 1000);
-  return name_of(impl_->model, worst->geom1) + " and " + name_of(impl_->model, worst->geom2) + ", " +
+  const double depth_mm = std::ceil(-impl_->deepest(*worst) * 1000);
+  return name_of(impl_->model, worst->moving) + " and " + name_of(impl_->model, worst->other) + ", " +
          std::to_string(static_cast<int>(depth_mm)) + " mm deep";
 }
 

@@ -1,4 +1,8 @@
-// Is a joint posture free of collisions in the world as it stands? MuJoCo answers, on data of its own.
+// Is a joint posture free of collisions in the world as it stands?
+//
+// Cheap first, exact last: only the moving bodies are placed, bounding spheres and boxes rule out nearly all
+// pairs of geoms, and MuJoCo's own routine for the pair decides the rest. The answer is that of the engine's
+// whole collision pass.
 #pragma once
 
 #include <memory>
@@ -24,6 +28,11 @@ class CollisionChecker {
   CollisionChecker& operator=(const CollisionChecker&) = delete;
 
   bool is_free(const JointVector& q);
+  /// Stricter by half of that millimetre: what planning asks for, so that a path which is clear at one
+  /// resolution is free at finer ones.
+  bool is_clear(const JointVector& q);
+  /// As is_free, for the arm's links alone: a hand that shall touch things must not push the arm into others.
+  bool links_are_free(const JointVector& q);
   /// Whether a moving part touches something other than what the hand holds, as the world stands.
   bool touches_at_start() const;
   /// From here on touching at the start is no excuse.

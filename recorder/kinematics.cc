@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "recorder/numeric_arm.h"
+#include "recorder/posture.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
@@ -21,31 +22,45 @@ using Eigen::Vector3d;
 constexpr double kBaseToShoulder = 0.333, kShoulderToElbow = 0.316, kElbowToWrist = 0.384;
 constexpr double kElbowOffset = 0.0825, kWristOffset = 0.088, kWristToFlange = 0.107;
 
-Matrix3d rot_x(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix(); }
-Matrix3d rot_z(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix(); }
+struct Link {
+  double a, d, alpha;
+};
+constexpr double kRight = std::numbers::pi / 2;
+constexpr std::array<Link, 7> kLinks{{{0, kBaseToShoulder, 0},
+                                      {0, 0, -kRight},
+                                      {0, kShoulderToElbow, kRight},
+                                      {kElbowOffset, 0, kRight},
+                                      {-kElbowOffset, kElbowToWrist, -kRight},
+                                      {0, 0, kRight},
+                                      {kWristOffset, 0, kRight}}};
 
-Pose base_from_flange(const JointVector& q) {
-  struct Link {
-    double a, d, alpha;
-  };
-  constexpr double right = std::numbers::pi / 2;
-  constexpr std::array<Link, 7> links{{{0, kBaseToShoulder, 0},
-                                       {0, 0, -right},
-                                       {0, kShoulderToElbow, right},
-                                       {kElbowOffset, 0, right},
-                                       {-kElbowOffset, kElbowToWrist, -right},
-                                       {0, 0, right},
-                                       {kWristOffset, 0, right}}};
+/// Calls `see(i, rotation, position)` with the frame of each joint, turned by it, in the base frame.
+template <typename See>
+Pose walk_links(const JointVector& q, const See& see) {
   Matrix3d rotation = Matrix3d::Identity();
   Vector3d position = Vector3d::Zero();
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    position += rotation * Vector3d(links[i].a, 0, 0);
-    rotation = rotation * rot_x(links[i].alpha);
-    position += rotation * Vector3d(0, 0, links[i].d);
-    rotation = rotation * rot_z(q[i]);
+  for (std::size_t i = 0; i < kLinks.size(); ++i) {
+    position += kLinks[i].a * rotation.col(0);
+    // About x by alpha, which is a quarter turn or none: y and z change places.
+    if (kLinks[i].alpha != 0) {
+      const double sign = kLinks[i].alpha > 0 ? 1 : -1;
+      const Vector3d y = rotation.col(1);
+      rotation.col(1) = sign * rotation.col(2);
+      rotation.col(2) = -sign * y;
+    }
+    position += kLinks[i].d * rotation.col(2);
+    const double c = std::cos(q[i]), s = std::sin(q[i]);
+    const Vector3d x = rotation.col(0);
+    rotation.col(0) = c * x + s * rotation.col(1);
+    rotation.col(1) = c * rotation.col(1) - s * x;
+    see(i, rotation, position);
   }
-  position += rotation * Vector3d(0, 0, kWristToFlange);
+  position += kWristToFlange * rotation.col(2);
   return {position, Eigen::Quaterniond(rotation).normalized()};
+}
+
+Pose base_from_flange_at(const JointVector& q) {
+  return walk_links(q, [](std::size_t, const Matrix3d&, const Vector3d&) {});
 }
 
 /// `angle` turned by whole turns into [lower, upper] if any such turn lies there.
@@ -61,47 +76,57 @@ struct Wrist {
   Vector3d x6, y6, axis6;  ///< frame of joint 6, turned by q6
 };
 
-Wrist wrist_of(const Pose& base_from_flange_wanted, double q7) {
-  const Matrix3d flange = base_from_flange_wanted.rotation.toRotationMatrix();
+Wrist wrist_of(const Pose& base_from_flange, double q7) {
+  const Matrix3d flange = base_from_flange.rotation.toRotationMatrix();
   Wrist wrist;
   wrist.x6 = flange * Vector3d(std::cos(q7), -std::sin(q7), 0);
   wrist.axis6 = flange * Vector3d(std::sin(q7), std::cos(q7), 0);
   wrist.y6 = -flange.col(2);
-  wrist.center = base_from_flange_wanted.position - kWristToFlange * flange.col(2) - kWristOffset * wrist.x6;
+  wrist.center = base_from_flange.position - kWristToFlange * flange.col(2) - kWristOffset * wrist.x6;
   return wrist;
 }
 
-/// Joint angles from the elbow frame. `x4`, `toward_elbow` (= -z5) and `z4` are unit and orthogonal, base
-/// frame.
-void append_solutions(const Wrist& wrist, const Vector3d& toward_elbow, const Vector3d& x4, double q7,
-                      const JointLimits& limits, std::vector<JointVector>& out) {
-  const Vector3d y4 = -toward_elbow, z4 = x4.cross(y4), y3 = -z4;
+bool within(double& angle, std::size_t joint, const JointLimits& limits) {
+  angle = wrapped(angle, limits.lower[joint], limits.upper[joint]);
+  return angle >= limits.lower[joint] && angle <= limits.upper[joint];
+}
+
+/// Calls `found` with the joint angles that the elbow frame leaves, within limits. `x4`, `toward_elbow`
+/// (= -z5) and `z4` are unit and orthogonal, base frame. The joints that most often exceed their limits are
+/// asked first.
+template <typename Found>
+void solve_elbow(const Wrist& wrist, const Vector3d& toward_elbow, const Vector3d& x4, double q7,
+                 const JointLimits& limits, const Found& found) {
+  JointVector q{};
+  q[6] = q7;
+  const Vector3d x5 = wrist.axis6.cross(toward_elbow);
+  q[5] = std::atan2(-wrist.x6.dot(toward_elbow), wrist.x6.dot(x5));
+  if (!within(q[5], 5, limits)) return;
+  const Vector3d z4 = toward_elbow.cross(x4), y3 = -z4;
   const Vector3d elbow = wrist.center + kElbowToWrist * toward_elbow + kElbowOffset * x4;
   const Vector3d upper_arm = elbow - Vector3d(0, 0, kBaseToShoulder);
   const double length = upper_arm.norm();
   const Vector3d along = upper_arm / length, across = y3.cross(along);
   const Vector3d x3 = (kShoulderToElbow * across + kElbowOffset * along) / length;
   const Vector3d z3 = (kShoulderToElbow * along - kElbowOffset * across) / length;
-
-  JointVector q{};
-  q[6] = q7;
   q[3] = std::atan2(x4.dot(z3), x4.dot(x3));
+  if (!within(q[3], 3, limits)) return;
   q[4] = std::atan2(wrist.axis6.dot(x4), wrist.axis6.dot(z4));
-  const Vector3d z5 = -toward_elbow, x5 = wrist.axis6.cross(toward_elbow);
-  q[5] = std::atan2(wrist.x6.dot(z5), wrist.x6.dot(x5));
+  if (!within(q[4], 4, limits)) return;
   const double lean = std::hypot(z3.x(), z3.y());
   for (const double side : {1.0, -1.0}) {
     // Upright, the first and the third joint turn about one axis: the first is left at zero.
-    q[0] = lean > 1e-12 ? std::atan2(side * z3.y(), side * z3.x()) : 0;
+    const bool upright = lean <= 1e-12;
+    const double c1 = upright ? 1 : side * z3.x() / lean, s1 = upright ? 0 : side * z3.y() / lean;
     q[1] = std::atan2(side * lean, z3.z());
-    const Matrix3d before3 =
-        rot_z(q[0]) * rot_x(-std::numbers::pi / 2) * rot_z(q[1]) * rot_x(std::numbers::pi / 2);
-    q[2] = std::atan2(x3.dot(before3.col(1)), x3.dot(before3.col(0)));
-    JointVector candidate = q;
-    for (std::size_t i = 0; i < q.size(); ++i) {
-      candidate[i] = wrapped(q[i], limits.lower[i], limits.upper[i]);
-    }
-    if (limits.contain(candidate)) out.push_back(candidate);
+    if (!within(q[1], 1, limits)) continue;
+    q[0] = std::atan2(s1, c1);
+    if (!within(q[0], 0, limits)) continue;
+    // The third joint turns x3 from where the first two leave it.
+    const double c2 = z3.z(), s2 = side * lean;
+    const Vector3d before3_x(c1 * c2, s1 * c2, -s2), before3_y(-s1, c1, 0);
+    q[2] = std::atan2(x3.dot(before3_y), x3.dot(before3_x));
+    if (within(q[2], 2, limits)) found(q);
   }
 }
 
@@ -187,7 +212,7 @@ Kinematics panda_of(const mjData* data, const ArmIndices& arm, const JointLimits
   world_from_base.position =
       Eigen::Map<const Vector3d>(data->xanchor + 3 * arm.joint[1]) - kBaseToShoulder * z;
   const Pose flange_from_tool =
-      (world_from_base * base_from_flange({})).inverse() * site_pose(data, arm.tool_site);
+      (world_from_base * base_from_flange_at({})).inverse() * site_pose(data, arm.tool_site);
   return {world_from_base, flange_from_tool, limits};
 }
 
@@ -241,55 +266,149 @@ Kinematics Kinematics::from_model(const mjModel* model, const RobotDescription& 
 
 Pose Kinematics::world_from_tool(const JointVector& q) const {
   if (numeric_) return numeric_->world_from_tool(q);
-  return world_from_base_ * base_from_flange(q) * flange_from_tool_;
+  return world_from_base_ * base_from_flange_at(q) * flange_from_tool_;
 }
 
-std::vector<JointVector> Kinematics::solve(const Pose& world_from_tool, double q7) const {
-  if (numeric_) return {};
-  const Wrist wrist =
-      wrist_of(world_from_base_.inverse() * world_from_tool * flange_from_tool_.inverse(), q7);
+Pose Kinematics::base_from_flange(const Pose& world_from_tool) const {
+  return world_from_base_.inverse() * world_from_tool * flange_from_tool_.inverse();
+}
+
+double Kinematics::manipulability(const JointVector& q) const {
+  if (numeric_) return numeric_->manipulability(q);
+  std::array<Vector3d, 7> axis, anchor;
+  const Pose flange = walk_links(q, [&](std::size_t i, const Matrix3d& rotation, const Vector3d& position) {
+    axis[i] = rotation.col(2);
+    anchor[i] = position;
+  });
+  const Vector3d tool = (flange * flange_from_tool_).position;
+  Eigen::Matrix<double, 6, 7> jacobian;
+  for (int i = 0; i < 7; ++i) jacobian.col(i) << axis[i].cross(tool - anchor[i]), axis[i];
+  const Eigen::Matrix<double, 6, 6> square = jacobian * jacobian.transpose();
+  // Cholesky by hand would not be shorter; a singular matrix gives a diagonal with a zero.
+  return std::sqrt(std::max(0.0, square.ldlt().vectorD().prod()));
+}
+
+struct Kinematics::Solutions {
+  std::array<JointVector, 8> q;
+  int count = 0;
+};
+
+void Kinematics::solve_at(const Pose& base_from_flange, double q7, Solutions& out) const {
+  out.count = 0;
+  const Wrist wrist = wrist_of(base_from_flange, q7);
   const Vector3d to_shoulder = Vector3d(0, 0, kBaseToShoulder) - wrist.center;
   const double distance = to_shoulder.norm();
   const double upper = std::hypot(kShoulderToElbow, kElbowOffset);
   const double fore = std::hypot(kElbowToWrist, kElbowOffset);
   const double cosine = (fore * fore + distance * distance - upper * upper) / (2 * fore * distance);
-  if (!(std::abs(cosine) <= 1)) return {};  // out of reach, too near, or not a number
+  if (!(std::abs(cosine) <= 1)) return;  // out of reach, too near, or not a number
   const Vector3d u = to_shoulder / distance;
 
   // The forearm's axis leaves the wrist at angle phi from the line to the shoulder (the elbow lies beside
   // that axis by a fixed angle, on either side) and is perpendicular to the sixth joint's axis.
   const double gamma = std::acos(cosine), beside = std::atan2(kElbowOffset, kElbowToWrist);
   const double ux = u.dot(wrist.x6), uy = u.dot(wrist.y6), reach = std::hypot(ux, uy);
-  std::vector<JointVector> out;
   for (const double side : {1.0, -1.0}) {
-    const double phi = gamma - side * beside;
-    if (std::abs(std::cos(phi)) > reach || std::abs(std::sin(phi)) < 1e-9) continue;
-    const double half = std::acos(std::cos(phi) / reach);
+    const double phi = gamma - side * beside, c = std::cos(phi), s = std::sin(phi);
+    if (std::abs(c) > reach || std::abs(s) < 1e-9) continue;
+    const double half = std::acos(c / reach);
     for (const double turn : {half, -half}) {
       const double psi = std::atan2(uy, ux) + turn;
       const Vector3d toward_elbow = std::cos(psi) * wrist.x6 + std::sin(psi) * wrist.y6;
-      const Vector3d normal = (toward_elbow - std::cos(phi) * u) / std::sin(phi);
-      const Vector3d x4 = side * (std::cos(phi) * normal - std::sin(phi) * u);
-      append_solutions(wrist, toward_elbow, x4, q7, limits_, out);
+      const Vector3d normal = (toward_elbow - c * u) / s;
+      const Vector3d x4 = side * (c * normal - s * u);
+      solve_elbow(wrist, toward_elbow, x4, q7, limits_, [&](const JointVector& q) {
+        if (out.count < static_cast<int>(out.q.size())) out.q[static_cast<std::size_t>(out.count++)] = q;
+      });
     }
   }
-  return out;
 }
+
+std::vector<JointVector> Kinematics::solve(const Pose& world_from_tool, double q7) const {
+  if (numeric_) return {};
+  Solutions found;
+  solve_at(base_from_flange(world_from_tool), q7, found);
+  return {found.q.begin(), found.q.begin() + found.count};
+}
+
+/// Postures and what each is worth, while they are collected.
+class Kinematics::Choice {
+ public:
+  Choice(const Kinematics& arm, const Pose& world_from_tool, const JointVector& near)
+      : arm_(arm), base_from_flange_(arm.base_from_flange(world_from_tool)), near_(near) {}
+
+  bool in_reach() const {
+    const Vector3d z = base_from_flange_.rotation * Vector3d::UnitZ();
+    const Vector3d middle = base_from_flange_.position - kWristToFlange * z - Vector3d(0, 0, kBaseToShoulder);
+    const double along = middle.dot(z), across = (middle - along * z).norm();
+    const double nearest = std::hypot(along, across - kWristOffset);
+    const double longest =
+        std::hypot(kShoulderToElbow, kElbowOffset) + std::hypot(kElbowToWrist, kElbowOffset);
+    return nearest <= longest;  // false for what is not a number
+  }
+  void see(double q7) {
+    arm_.solve_at(base_from_flange_, q7, found_);
+    for (int i = 0; i < found_.count; ++i) {
+      const JointVector& q = found_.q[static_cast<std::size_t>(i)];
+      ranked_.push_back({posture_cost(q, near_, arm_.limits(), arm_.manipulability(q)), q});
+    }
+  }
+  void sweep(int samples) {
+    const double lower = arm_.limits().lower[6], upper = arm_.limits().upper[6];
+    for (int i = 0; i < samples; ++i) {
+      see(std::lerp(lower, upper, samples > 1 ? double(i) / (samples - 1) : 0.5));
+    }
+  }
+  /// Looks around the best posture in ever smaller steps, the first being `step` rad of q7.
+  void refine(double step) {
+    const auto best = [this] { return *std::ranges::min_element(ranked_, {}, &Ranked::cost); };
+    for (int round = 0; round < kRefinements; ++round, step /= 2) {
+      const double q7 = best().q[6];
+      for (const double other : {q7 - step, q7 + step}) {
+        if (other >= arm_.limits().lower[6] && other <= arm_.limits().upper[6]) see(other);
+      }
+    }
+  }
+  bool empty() const { return ranked_.empty(); }
+  std::vector<JointVector> in_order() {
+    std::ranges::stable_sort(ranked_, {}, &Ranked::cost);
+    std::vector<JointVector> postures;
+    postures.reserve(ranked_.size());
+    for (const Ranked& r : ranked_) postures.push_back(r.q);
+    return postures;
+  }
+
+ private:
+  struct Ranked {
+    double cost;
+    JointVector q;
+  };
+  static constexpr int kRefinements = 4;
+  const Kinematics& arm_;
+  const Pose base_from_flange_;
+  const JointVector& near_;
+  Solutions found_;
+  std::vector<Ranked> ranked_;
+};
 
 std::vector<JointVector> Kinematics::solve_all(const Pose& world_from_tool, const JointVector& near,
                                                int samples) const {
-  if (numeric_) return numeric_->solve_all(world_from_tool, near);
-  std::vector<JointVector> found = solve(world_from_tool, near[6]);
-  for (int i = 0; i < samples; ++i) {
-    const double share = samples > 1 ? double(i) / (samples - 1) : 0.5;
-    const double q7 = std::lerp(limits_.lower[6], limits_.upper[6], share);
-    const auto more = solve(world_from_tool, q7);
-    found.insert(found.end(), more.begin(), more.end());
+  if (numeric_) {
+    auto found = numeric_->solve_all(world_from_tool, near);
+    std::ranges::stable_sort(
+        found, {}, [&](const JointVector& q) { return posture_cost(q, near, limits_, manipulability(q)); });
+    return found;
   }
-  std::stable_sort(found.begin(), found.end(), [&](const JointVector& a, const JointVector& b) {
-    return joint_distance(a, near) < joint_distance(b, near);
-  });
-  return found;
+  constexpr int finest = 64;  // how many times the samples where there seems to be nothing
+  Choice choice(*this, world_from_tool, near);
+  if (!choice.in_reach()) return {};
+  choice.see(std::clamp(near[6], limits_.lower[6], limits_.upper[6]));
+  int times = 1;
+  choice.sweep(samples);
+  while (choice.empty() && times < finest) choice.sweep(samples * (times *= 8));
+  if (choice.empty()) return {};
+  choice.refine((limits_.upper[6] - limits_.lower[6]) / (2.0 * samples * times));
+  return choice.in_order();
 }
 
 std::optional<JointVector> Kinematics::follow(const Pose& world_from_tool, const JointVector& near,

@@ -56,19 +56,27 @@ class Kinematics {
   Pose world_from_tool(const JointVector& q) const;
   const JointLimits& limits() const { return limits_; }
 
+  /// sqrt(det(J J^T)) of the tool's geometric Jacobian, m^3; 0 in a singularity.
+  double manipulability(const JointVector& q) const;
+
   /// Panda: all solutions with this q7 that respect the joint limits; at most eight, in a fixed order. Other
   /// arms have no such parameter: none.
   std::vector<JointVector> solve(const Pose& world_from_tool, double q7) const;
-  /// Solutions ordered by distance to `near` (the nearest joint posture first); a Panda's over a sweep of
-  /// `samples` values of q7.
+  /// Solutions, the best posture (posture.h) first. A Panda's have `near`'s q7 or one of a sweep of `samples`
+  /// values of it, and the best is refined between the samples; where a sweep finds none, finer ones follow.
   std::vector<JointVector> solve_all(const Pose& world_from_tool, const JointVector& near,
-                                     int samples = 96) const;
+                                     int samples = 32) const;
   /// The next point of a path that stands at `near`: the nearest solution, with what the pose leaves open (a
   /// Panda's q7, the spare joints of other arms) as in `posture`.
   std::optional<JointVector> follow(const Pose& world_from_tool, const JointVector& near,
                                     const JointVector& posture) const;
 
  private:
+  struct Solutions;
+  class Choice;
+  void solve_at(const Pose& base_from_flange, double q7, Solutions& out) const;
+  Pose base_from_flange(const Pose& world_from_tool) const;
+
   Pose world_from_base_, flange_from_tool_;
   JointLimits limits_;
   std::shared_ptr<const NumericArm> numeric_;  ///< null: a Panda

@@ -17,14 +17,14 @@ namespace {
 constexpr std::size_t kMostGoals = 12;     ///< postures offered to the planner
 constexpr std::size_t kMostDeadEnds = 60;  ///< tried before giving up on the lines that follow
 constexpr double kGoalsApart_rad = 0.2;    ///< nearer ones are no real choice
-constexpr double kRoom_rad = 0.3;          ///< from a joint limit: enough
-constexpr double kLackOfRoom = 5;     ///< how much farther, per rad of it lacking, another posture may be
-constexpr int kSettleFrames = 6;      ///< at most, after the last target
-constexpr double kStill_rad_s = 0.1;  ///< the keyframe rule's bound
+constexpr int kSettleFrames = 6;           ///< at most, after the last target
+constexpr double kStill_rad_s = 0.1;       ///< the keyframe rule's bound
 constexpr double kReached_m = 0.005, kReached_rad = 2 * std::numbers::pi / 180;
 constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop of its own
 constexpr double kWithdraw_m = 0.03;
 constexpr double kLinearCheck_rad = 0.01;
+constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
+constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
 
 template <typename... Args>
 std::string text(const char* format, Args... args) {
@@ -78,50 +78,72 @@ class Mover {
         kinematics_(Kinematics::from_model(world.model(), world.task().robot())),
         start_(world.frame().q) {}
 
+  PlannedMove plan() {
+    PlannedMove move;
+    move.result = request_.linear ? straight(move.targets) : planned(move.targets);
+    name_pose(move.result);
+    return move;
+  }
   MotionResult run(const FrameSink& sink) {
-    JointPath path;
-    const MotionResult result = request_.linear ? straight(path) : planned(path);
-    return result ? follow(path, sink) : result;
+    const PlannedMove move = plan();
+    if (!move.result) return move.result;
+    MotionResult result = follow(move.targets, sink);
+    name_pose(result);
+    return result;
   }
 
  private:
+  /// Whoever cancelled knows that it did not get there.
+  void name_pose(MotionResult& result) const {
+    if (!result && result.failure != MotionFailure::cancelled)
+      result.world_from_tool = request_.world_from_tool;
+  }
+
   std::string goal_text() const { return "the tool pose at " + place_of(request_.world_from_tool); }
 
-  MotionResult straight(JointPath& path) const {
+  MotionResult straight(JointPath& targets) const {
+    CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) {
+      return request_.ignore_collisions ? checker.links_are_free(q) : checker.is_free(q);
+    };
+    const auto accept = [&](const JointPath& path) { return path_is_free(path, is_free, kLinearCheck_rad); };
     double reached = 0;
-    path = straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached);
+    const JointPath path =
+        straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached, accept);
     if (path.empty()) {
       return failed(
           MotionFailure::unreachable,
           std::string("a straight line to ") + goal_text() +
               text(" leaves the arm's reach or joint limits after %.0f %% of the way", 100 * reached));
     }
+    targets = timed_targets(path, world_.task().robot().limits);
     if (request_.ignore_collisions) return {};
-    CollisionChecker checker(world_);
-    const IsFree is_free = [&](const JointVector& q) { return checker.is_free(q); };
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      if (segment_is_free(path[i - 1], path[i], is_free, kLinearCheck_rad)) continue;
-      std::string what = checker.describe(path[i]);
-      if (what.empty()) what = checker.describe(path[i - 1]);
-      return failed(MotionFailure::in_collision, "a straight line to " + goal_text() +
-                                                     text(" collides after %.0f %% of the way: ",
-                                                          100.0 * double(i) / double(path.size() - 1)) +
-                                                     what);
+    if (const auto q = first_collision(targets, is_free)) {
+      const double whole = position_error_m(kinematics_.world_from_tool(start_), request_.world_from_tool);
+      const double left = position_error_m(kinematics_.world_from_tool(*q), request_.world_from_tool);
+      const double share = whole > 0 ? std::clamp(1 - left / whole, 0.0, 1.0) : 1;
+      return failed(MotionFailure::in_collision,
+                    "a straight line to " + goal_text() +
+                        text(" collides after %.0f %% of the way: ", 100 * share) + checker.describe(*q));
     }
     return {};
   }
 
-  /// A posture near a joint limit is often near, but the next straight line may start there.
-  void prefer_room_to_move(std::vector<JointVector>& postures) const {
-    const auto cost = [this](const JointVector& q) {
-      double room = kRoom_rad;
-      for (std::size_t i = 0; i < kinematics_.limits().joints; ++i) {
-        room = std::min({room, q[i] - kinematics_.limits().lower[i], kinematics_.limits().upper[i] - q[i]});
+  /// What will be commanded, at the resolution of what is executed: the first posture that is not free.
+  std::optional<JointVector> first_collision(const JointPath& targets, const IsFree& is_free) const {
+    JointVector from = start_;
+    for (const auto& to : targets) {
+      if (!segment_is_free(from, to, is_free, kExecutedCheck_rad)) {
+        const int steps =
+            std::max(1, static_cast<int>(std::ceil(joint_distance(from, to) / kExecutedCheck_rad)));
+        for (int i = 1; i <= steps; ++i) {
+          const JointVector q = joints_between(from, to, double(i) / steps);
+          if (!is_free(q)) return q;
+        }
       }
-      return joint_distance(q, start_) + kLackOfRoom * (kRoom_rad - room);
-    };
-    std::stable_sort(postures.begin(), postures.end(),
-                     [&](const JointVector& a, const JointVector& b) { return cost(a) < cost(b); });
+      from = to;
+    }
+    return {};
   }
 
   /// Back along the tool's own axis: a hand that leaves sideways what it has just pressed would scrape along
@@ -129,56 +151,83 @@ class Mover {
   JointPath withdraw(const IsFree& is_free) const {
     Pose back = kinematics_.world_from_tool(start_);
     back.position -= kWithdraw_m * (back.rotation * Eigen::Vector3d::UnitZ());
-    JointPath path = straight_tool_path(kinematics_, start_, back);
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      if (!segment_is_free(path[i - 1], path[i], is_free, kLinearCheck_rad)) return {start_};
-    }
-    return path.empty() ? JointPath{start_} : path;
+    const JointPath path = straight_tool_path(kinematics_, start_, back);
+    if (path.empty() || !path_is_free(path, is_free, kLinearCheck_rad)) return {start_};
+    // So short a line is straight in joint space too; fewer corners are rounder ones.
+    const JointPath direct{start_, path.back()};
+    return path_is_free(direct, is_free, kLinearCheck_rad) ? direct : path;
   }
 
-  bool can_go_on(JointVector q) const {
+  enum class Onward { no, with_touch, free };
+  /// Whether the lines that follow are possible from `q`, and without the arm's links touching anything. What
+  /// the hand touches then is for those moves to say: things will have moved.
+  Onward onward(JointVector q, CollisionChecker& checker) const {
+    const auto is_free = [&](const JointVector& at) { return checker.links_are_free(at); };
+    Onward result = Onward::free;
     for (const auto& pose : request_.then) {
-      const JointPath path = straight_tool_path(kinematics_, q, pose);
-      if (path.empty()) return false;
+      bool free = false;
+      const auto accept = [&](const JointPath& path) {
+        return free = path_is_free(path, is_free, kLookAhead_rad);
+      };
+      const JointPath path = straight_tool_path(kinematics_, q, pose, nullptr, accept);
+      if (path.empty()) return Onward::no;
+      if (!free) result = Onward::with_touch;
       q = path.back();
     }
-    return true;
+    return result;
   }
 
-  /// Free postures, clearly different from each other, the best first; those that cannot go on only if no
-  /// other exists.
-  std::vector<JointVector> choose_goals(const std::vector<JointVector>& postures,
+  /// Free postures, clearly different from each other, the best first; those from which the lines that follow
+  /// touch something or are impossible only if no others exist.
+  std::vector<JointVector> choose_goals(const std::vector<JointVector>& postures, const IsFree& is_free,
                                         CollisionChecker& checker) const {
-    std::vector<JointVector> good, other;
-    for (const auto& q : postures) {
-      if (good.size() == kMostGoals || other.size() == kMostDeadEnds) break;
+    std::vector<JointVector> good, touching, dead_ends;
+    const auto is_known = [&](const JointVector& q) {
       const auto is_near = [&](const JointVector& known) {
         return joint_distance(q, known) < kGoalsApart_rad;
       };
-      if (std::any_of(good.begin(), good.end(), is_near) || std::any_of(other.begin(), other.end(), is_near))
-        continue;
-      if (checker.is_free(q)) (can_go_on(q) ? good : other).push_back(q);
+      return std::ranges::any_of(good, is_near) || std::ranges::any_of(touching, is_near) ||
+             std::ranges::any_of(dead_ends, is_near);
+    };
+    for (const auto& q : postures) {
+      if (good.size() == kMostGoals || touching.size() + dead_ends.size() == kMostDeadEnds) break;
+      if (is_known(q) || !is_free(q)) continue;
+      const Onward next = onward(q, checker);
+      (next == Onward::free ? good : next == Onward::with_touch ? touching : dead_ends).push_back(q);
     }
-    if (!good.empty()) return good;
-    other.resize(std::min(other.size(), kMostGoals));
-    return other;
+    auto& best = !good.empty() ? good : !touching.empty() ? touching : dead_ends;
+    best.resize(std::min(best.size(), kMostGoals));
+    return best;
   }
 
-  MotionResult planned(JointPath& path) const {
-    auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
-    prefer_room_to_move(postures);
+  /// Straight through joint space to a posture for which the arm's links touch nothing on the way, if there
+  /// is one; the hand may touch anything.
+  JointPath unchecked(const std::vector<JointVector>& postures) const {
+    CollisionChecker checker(world_);
+    const auto is_free = [&](const JointVector& q) { return checker.links_are_free(q); };
+    const auto best = std::ranges::find_if(
+        postures, [&](const JointVector& q) { return segment_is_free(start_, q, is_free, kLookAhead_rad); });
+    return {start_, best != postures.end() ? *best : postures.front()};
+  }
+
+  MotionResult planned(JointPath& targets) const {
+    const auto postures = kinematics_.solve_all(request_.world_from_tool, start_);
     if (postures.empty()) {
       return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
     }
     if (request_.ignore_collisions) {
-      path = {start_, postures.front()};
+      targets = timed_targets(unchecked(postures), world_.task().robot().limits);
       return {};
     }
     CollisionChecker checker(world_);
-    const IsFree is_free = [&](const JointVector& q) { return checker.is_free(q); };
+    IsFree is_free = [&](const JointVector& q) { return checker.is_clear(q); };
     const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
     if (retreat.size() > 1) checker.forget_start();
-    const std::vector<JointVector> goals = choose_goals(postures, checker);
+    std::vector<JointVector> goals = choose_goals(postures, is_free, checker);
+    if (goals.empty()) {  // where things stand close together free must do
+      is_free = [&](const JointVector& q) { return checker.is_free(q); };
+      goals = choose_goals(postures, is_free, checker);
+    }
     if (goals.empty()) {
       return failed(
           MotionFailure::in_collision,
@@ -187,12 +236,11 @@ class Mover {
     PlanLimits search;
     search.seed = request_.seed;
     search.time_limit_s = request_.time_limit_s;
-    Plan plan = plan_joint_path(retreat.back(), goals, kinematics_.limits(), is_free, search, stop_);
+    const Plan plan = plan_joint_path(retreat.back(), goals, kinematics_.limits(), is_free, search, stop_);
     switch (plan.outcome) {
       case PlanOutcome::solved:
-        path = retreat;
-        path.insert(path.end(), plan.path.begin() + 1, plan.path.end());
-        return {};
+        if (retreat.size() == 1) return timed(plan.path, is_free, checker, targets);
+        return timed_with(retreat, plan.path, targets);
       case PlanOutcome::cancelled:
         return failed(MotionFailure::cancelled, "cancelled while planning");
       case PlanOutcome::timed_out:
@@ -205,15 +253,36 @@ class Mover {
                                                 text(" within %d tries", search.iterations));
   }
 
-  MotionResult follow(const JointPath& path, const FrameSink& sink) const {
+  /// The retreat begins where things touch that may.
+  MotionResult timed_with(JointPath path, const JointPath& plan, JointPath& targets) const {
+    path.insert(path.end(), plan.begin() + 1, plan.end());
+    CollisionChecker checker(world_);
+    return timed(
+        path, [&](const JointVector& q) { return checker.is_free(q); }, checker, targets);
+  }
+
+  /// With corners as round as the room around them allows.
+  MotionResult timed(const JointPath& path, const IsFree& is_free, CollisionChecker& checker,
+                     JointPath& targets) const {
+    std::optional<JointVector> hit;
+    for (const double corner_rad : {0.1, 0.03, 0.01, 0.0}) {
+      targets = timed_targets(path, world_.task().robot().limits, corner_rad);
+      hit = first_collision(targets, is_free);
+      if (!hit) return {};
+    }
+    return failed(MotionFailure::in_collision,
+                  "the path to " + goal_text() + " is too narrow to be followed: " + checker.describe(*hit));
+  }
+
+  MotionResult follow(const JointPath& targets, const FrameSink& sink) const {
     Run run(world_, sink, stop_);
     const double openness = world_.openness_target();
-    for (const auto& target : timed_targets(path, world_.task().robot().limits)) {
+    for (const auto& target : targets) {
       if (!run.advance(target, openness)) return ended(run);
     }
     // No longer than until the arm counts as still: a gripper move that comes next then belongs to this stop.
     for (int i = 0; i < kSettleFrames && !still(world_.frame()); ++i) {
-      if (!run.advance(path.back(), openness)) return ended(run);
+      if (!run.advance(targets.empty() ? start_ : targets.back(), openness)) return ended(run);
     }
     const Pose tool = world_.frame().world_from_tool;
     const double off_m = position_error_m(tool, request_.world_from_tool);
@@ -273,6 +342,11 @@ MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& 
   } catch (const SimulationFailed& error) {
     return failed(MotionFailure::simulation, error.what());
   }
+}
+
+PlannedMove plan_move(World& world, const MoveRequest& request, std::stop_token stop) {
+  if (world.task().robot().joints.empty()) return {no_robot(), {}};
+  return Mover(world, request, std::move(stop)).plan();
 }
 
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "recorder/planner.h"
 #include "recorder/world.h"
 
 namespace flowscope {
@@ -15,7 +17,8 @@ const char* to_string(MotionFailure failure);
 
 struct MotionResult {
   MotionFailure failure = MotionFailure::none;
-  std::string message;  ///< for people: which pose, what is in the way, how far off
+  std::string message;                       ///< for people: which pose, what is in the way, how far off
+  std::optional<Pose> world_from_tool = {};  ///< the pose that a failed move was to reach
   explicit operator bool() const { return failure == MotionFailure::none; }
 };
 
@@ -27,18 +30,26 @@ struct MoveRequest {
   Pose world_from_tool;
   bool linear = false;
   bool ignore_collisions = false;
-  std::uint64_t seed = 0;     ///< planner's random numbers
-  double time_limit_s = 1.0;  ///< planning, wall clock
+  std::uint64_t seed = 0;    ///< planner's random numbers
+  double time_limit_s = 30;  ///< planning, wall clock: a guard that can only fail a move (planner.h)
   /// Straight tool lines that are going to follow: among the postures that reach the pose, a planned move
   /// prefers those from which these are possible.
   std::vector<Pose> then;
 };
 
-/// Inverse kinematics on the Panda in `world`: nearest collision-free solution to the present joints.
-/// Plans (OMPL RRTConnect with MuJoCo as checker, or a straight tool line), times within velocity and
-/// acceleration limits, and follows. Stops moving as soon as `sink` returns false (that is not a failure).
+/// Inverse kinematics on the Panda in `world`: the best collision-free postures (posture.h). Plans (OMPL
+/// RRTConnect with MuJoCo as checker, or a straight tool line), times within velocity and acceleration
+/// limits, checks what will be commanded at finer resolution, and follows. With `ignore_collisions` what the
+/// hand touches is no reason against a motion, but among several the arm's links decide. Stops moving as soon
+/// as `sink` returns false (that is not a failure).
 MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink,
                      std::stop_token stop = {});
+/// What move_to would command, one target per 20 Hz frame, without moving.
+struct PlannedMove {
+  MotionResult result;
+  JointPath targets;
+};
+PlannedMove plan_move(World& world, const MoveRequest& request, std::stop_token stop = {});
 /// Fingers to `openness`, arm still; grasps after closing, releases before opening.
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop = {});
 

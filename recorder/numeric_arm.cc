@@ -124,6 +124,13 @@ bool NumericArm::converge(const Pose& wanted, JointVector& q, int steps) const {
   }
 }
 
+double NumericArm::manipulability(const JointVector& q) const {
+  Jacobian jacobian;
+  forward(q, &jacobian);
+  const Eigen::Matrix<double, 6, 6> square = jacobian * jacobian.transpose();
+  return std::sqrt(std::max(0.0, square.determinant()));
+}
+
 std::optional<JointVector> NumericArm::solve_from(const Pose& wanted, const JointVector& start,
                                                   const JointVector& posture) const {
   JointVector q = start;

@@ -26,6 +26,8 @@ class NumericArm {
 
   Pose world_from_tool(const JointVector& q) const;
   const JointLimits& limits() const { return limits_; }
+  /// sqrt(det(J J^T)), m^3; 0 for an arm of fewer than six joints.
+  double manipulability(const JointVector& q) const;
 
   /// The solution that the steps from `start` lead to, with joints to spare as near to `posture` as the pose
   /// allows; none when they do not arrive (1e-8 m and rad) within the limits.

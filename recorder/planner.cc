@@ -21,18 +21,13 @@ namespace og = ompl::geometric;
 using RealState = ob::RealVectorStateSpace::StateType;
 
 constexpr double kSearchResolution_rad = 0.04;
-constexpr double kFinalResolution_rad = 0.01;
+constexpr double kShortcutResolution_rad = 0.01;
+constexpr double kFinalResolution_rad = 0.0025;
 constexpr int kAttempts = 3;  ///< a path that fails the finer check is searched anew, with other numbers
 constexpr int kShortcuts = 60;
 
 /// Uniform in [0, 1) from the generator's own bits: std distributions differ between libraries.
 double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1.0p-53; }
-
-JointVector between(const JointVector& a, const JointVector& b, double share) {
-  JointVector q;
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = a[i] + share * (b[i] - a[i]);
-  return q;
-}
 
 JointVector joints_of(const ob::State* state, std::size_t joints) {
   JointVector q{};
@@ -92,25 +87,18 @@ class GuardedCheck {
   std::exception_ptr error_;
 };
 
-bool path_is_free(const JointPath& path, const IsFree& is_free) {
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    if (!segment_is_free(path[i - 1], path[i], is_free, kFinalResolution_rad)) return false;
-  }
-  return true;
-}
-
 /// Replaces stretches between two random places of the path by straight lines where these are free.
 void shorten(JointPath& path, const IsFree& is_free, std::mt19937_64& random) {
   for (int i = 0; i < kShortcuts && path.size() > 2; ++i) {
     const auto place = [&] {
       const double at = uniform(random) * double(path.size() - 1);
       const auto corner = std::min(static_cast<std::size_t>(at), path.size() - 2);
-      return std::pair{corner, between(path[corner], path[corner + 1], at - double(corner))};
+      return std::pair{corner, joints_between(path[corner], path[corner + 1], at - double(corner))};
     };
     auto from = place(), to = place();
     if (from.first > to.first) std::swap(from, to);
     if (from.first == to.first) continue;
-    if (!segment_is_free(from.second, to.second, is_free, kFinalResolution_rad)) continue;
+    if (!segment_is_free(from.second, to.second, is_free, kShortcutResolution_rad)) continue;
     JointPath shorter(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(from.first) + 1);
     shorter.push_back(from.second);
     shorter.push_back(to.second);
@@ -125,9 +113,9 @@ void round_corners(JointPath& path, const IsFree& is_free) {
     if (path.size() < 3) return;
     JointPath rounder{path.front()};
     for (std::size_t i = 1; i + 1 < path.size(); ++i) {
-      const JointVector before = between(path[i], path[i - 1], 0.25),
-                        after = between(path[i], path[i + 1], 0.25);
-      if (segment_is_free(before, after, is_free, kFinalResolution_rad)) {
+      const JointVector before = joints_between(path[i], path[i - 1], 0.25),
+                        after = joints_between(path[i], path[i + 1], 0.25);
+      if (segment_is_free(before, after, is_free, kShortcutResolution_rad)) {
         rounder.push_back(before);
         rounder.push_back(after);
       } else {
@@ -158,11 +146,13 @@ class Search {
     ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
     const IsFree is_free = [this](const JointVector& q) { return check_(q); };
     for (int attempt = 0; attempt < kAttempts && !over(); ++attempt) {
-      JointPath path = grow();
-      if (path.empty()) break;
+      const JointPath found = grow();
+      if (found.empty()) break;
+      if (!path_is_free(found, is_free, kFinalResolution_rad)) continue;
+      JointPath path = found;
       shorten(path, is_free, random_);
       round_corners(path, is_free);
-      if (path_is_free(path, is_free)) return {PlanOutcome::solved, path};
+      return {PlanOutcome::solved, path_is_free(path, is_free, kFinalResolution_rad) ? path : found};
     }
     return {outcome_, {}};
   }
@@ -229,11 +219,29 @@ class Search {
 
 }  // namespace
 
+JointVector joints_between(const JointVector& from, const JointVector& to, double share) {
+  JointVector q;
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
+  return q;
+}
+
 bool segment_is_free(const JointVector& from, const JointVector& to, const IsFree& is_free,
                      double resolution_rad) {
   const int steps = std::max(1, static_cast<int>(std::ceil(joint_distance(from, to) / resolution_rad)));
-  for (int i = 1; i <= steps; ++i) {
-    if (!is_free(between(from, to, double(i) / steps))) return false;
+  // Coarse first: where something is in the way, it is met soon.
+  int stride = 1;
+  while (2 * stride <= steps) stride *= 2;
+  for (; stride >= 1; stride /= 2) {
+    for (int i = stride; i <= steps; i += 2 * stride) {
+      if (!is_free(joints_between(from, to, double(i) / steps))) return false;
+    }
+  }
+  return true;
+}
+
+bool path_is_free(const JointPath& path, const IsFree& is_free, double resolution_rad) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (!segment_is_free(path[i - 1], path[i], is_free, resolution_rad)) return false;
   }
   return true;
 }

@@ -13,8 +13,6 @@
 namespace flowscope {
 namespace {
 
-constexpr double kPlanningGuard_s =
-    30;  ///< planning normally ends by its number of tries, the same on every machine
 constexpr int kPatience_frames = 10;  ///< after the last step: a released object may still have to fall
 
 std::string now_utc() {
@@ -90,6 +88,7 @@ class ScriptRun {
       if (result || world_.success()) continue;
       report.step = static_cast<int>(i);
       report.line = script_.steps[i].line;
+      report.world_from_tool = result.world_from_tool;
       report.reason = "waypoint " + std::to_string(i + 1) + " (line " + std::to_string(report.line) +
                       "): " + to_string(result.failure) + ": " + result.message;
       return false;
@@ -144,7 +143,6 @@ class ScriptRun {
     request.linear = move.linear;
     request.ignore_collisions = move.ignore_collisions;
     request.seed = world_.episode().seed * 10'007 + index;
-    request.time_limit_s = kPlanningGuard_s;
     return move_to(world_, request, sink, stop_);
   }
 

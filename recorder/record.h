@@ -18,9 +18,10 @@ using Observe = std::function<Observation(const SceneState&)>;
 
 struct RunReport {
   bool success = false;
-  std::optional<Demo> demo;  ///< set when success and there was someone to take the pictures
-  int step = -1;             ///< index of the failing script step
-  int line = 0;              ///< its line in the script
+  std::optional<Demo> demo;             ///< set when success and there was someone to take the pictures
+  int step = -1;                        ///< index of the failing script step
+  int line = 0;                         ///< its line in the script
+  std::optional<Pose> world_from_tool;  ///< what the failing step was to reach, when it is a move
   std::string reason;  ///< empty when success; names waypoint, cause, and the success terms that are false
   std::vector<TermSeries> terms;  ///< whether it succeeded or not
   double sim_seconds = 0, wall_seconds = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "render/overlay_ink.h"
 
@@ -138,16 +139,29 @@ void paint_labels(const Overlay& overlay, View& view) {
     const Eigen::Vector3d uvz = view.camera.project(label.position);
     if (!(uvz.z() > view.camera.near_m) || !uvz.allFinite()) continue;
     if (uvz.x() < 0 || uvz.x() > view.rgb.width || uvz.y() < 0 || uvz.y() > view.rgb.height) continue;
-    const std::string text = printable(label.text);
-    int baseline = 0;
-    const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, scale, weight, &baseline);
-    const int gap = static_cast<int>(12 * scale);
-    const int x =
-        std::clamp(static_cast<int>(uvz.x()) + gap, 2, std::max(2, view.rgb.width - size.width - 2));
-    const int y = std::clamp(static_cast<int>(uvz.y()) - gap, size.height + 2,
-                             std::max(size.height + 2, view.rgb.height - baseline - 2));
-    cv::putText(picture, text, {x, y}, cv::FONT_HERSHEY_DUPLEX, scale, {16, 18, 24}, weight + 2, cv::LINE_AA);
-    cv::putText(picture, text, {x, y}, cv::FONT_HERSHEY_DUPLEX, scale, {245, 246, 250}, weight, cv::LINE_AA);
+    std::vector<std::string> lines;
+    std::istringstream text(label.text);
+    for (std::string line; std::getline(text, line);) lines.push_back(printable(line));
+    if (lines.empty()) continue;
+    int baseline = 0, width = 0, height = 0;
+    for (const auto& line : lines) {
+      const cv::Size size = cv::getTextSize(line, cv::FONT_HERSHEY_DUPLEX, scale, weight, &baseline);
+      width = std::max(width, size.width);
+      height = std::max(height, size.height);
+    }
+    const int gap = static_cast<int>(12 * scale), step = height + baseline;
+    const int below = step * (static_cast<int>(lines.size()) - 1);
+    const int x = std::clamp(static_cast<int>(uvz.x()) + gap, 2, std::max(2, view.rgb.width - width - 2));
+    int y = std::clamp(static_cast<int>(uvz.y()) - gap, height + 2,
+                       std::max(height + 2, view.rgb.height - baseline - below - 2));
+    for (const auto& line : lines) {
+      const auto put = [&](const cv::Scalar& color, int thickness) {
+        cv::putText(picture, line, {x, y}, cv::FONT_HERSHEY_DUPLEX, scale, color, thickness, cv::LINE_AA);
+      };
+      put({16, 18, 24}, weight + 2);
+      put({245, 246, 250}, weight);
+      y += step;
+    }
   }
 }
 

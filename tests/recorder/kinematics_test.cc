@@ -5,6 +5,9 @@
 #include <numbers>
 #include <random>
 
+#include "recorder/ik_recovery.h"
+#include "recorder/posture.h"
+
 namespace flowscope {
 namespace {
 
@@ -40,19 +43,12 @@ TEST(Kinematics, PublishedFlangeHeightAtZero) {
   EXPECT_NEAR(flange.position.z(), 0.333 + 0.316 + 0.384 - 0.107, 1e-12);
 }
 
-TEST(Kinematics, GivenQ7FindsTheVeryPosture) {
-  const Kinematics arm = panda();
-  std::mt19937_64 random(1);
-  int same = 0;
-  constexpr int n = 2000;
-  for (int i = 0; i < n; ++i) {
-    const JointVector q = random_joints(random);
-    bool found = false;
-    for (const auto& s : arm.solve(arm.world_from_tool(q), q[6]))
-      found = found || joint_distance(s, q) < 1e-6;
-    same += found;
-  }
-  EXPECT_GE(same, n * 0.999);
+TEST(Kinematics, RecoversRandomPostures) {
+  const IkRecovery found = recover_postures(panda(), 2000, 1);
+  EXPECT_GE(found.own, 2000 * 0.999);
+  EXPECT_GE(found.recovered, 2000 * 0.999);
+  EXPECT_LT(found.largest_m, 1e-6);
+  EXPECT_LT(found.largest_rad, 1e-6);
 }
 
 TEST(Kinematics, EverySolutionReachesThePoseWithinLimits) {
@@ -76,15 +72,53 @@ TEST(Kinematics, EverySolutionReachesThePoseWithinLimits) {
   EXPECT_GT(solutions, 20 * n);  // several branches, many q7
 }
 
-TEST(Kinematics, NearestPostureComesFirst) {
+TEST(Kinematics, ThePresentPostureComesFirst) {
   const Kinematics arm = panda();
   const JointVector home{0, 0.1745, 0, -0.8727, 0, 1.2217, 0.7854};
   const auto found = arm.solve_all(arm.world_from_tool(home), home);
   ASSERT_FALSE(found.empty());
   EXPECT_LT(joint_distance(found.front(), home), 1e-9);
-  for (std::size_t i = 1; i < found.size(); ++i) {
-    EXPECT_LE(joint_distance(found[i - 1], home), joint_distance(found[i], home));
+}
+
+TEST(Kinematics, PosturesAreOrderedByDistanceRoomAndManipulability) {
+  const Kinematics arm = panda();
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 50; ++i) {
+    const JointVector near = random_joints(random);
+    const auto found = arm.solve_all(arm.world_from_tool(random_joints(random)), near);
+    const auto cost = [&](const JointVector& q) {
+      return posture_cost(q, near, arm.limits(), arm.manipulability(q));
+    };
+    for (std::size_t k = 1; k < found.size(); ++k) EXPECT_LE(cost(found[k - 1]), cost(found[k]));
   }
+  const JointVector near{0, 0.1745, 0, -0.8727, 0, 1.2217, 0.7854};
+  JointVector at_limit = near;
+  at_limit[3] = kPandaLimits.upper[3] - 0.01;
+  EXPECT_GT(posture_cost(at_limit, near, kPandaLimits, 0.1), joint_distance(at_limit, near) + 1);
+  EXPECT_GT(posture_cost(near, near, kPandaLimits, 0.001), posture_cost(near, near, kPandaLimits, 0.1) + 0.5);
+}
+
+TEST(Kinematics, ManipulabilityIsThatOfTheToolsOwnMotion) {
+  const Kinematics arm = panda();
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 20; ++i) {
+    const JointVector q = random_joints(random);
+    const Pose here = arm.world_from_tool(q);
+    Eigen::Matrix<double, 6, 7> jacobian;
+    constexpr double h = 1e-6;
+    for (int k = 0; k < 7; ++k) {
+      JointVector moved = q;
+      moved[static_cast<std::size_t>(k)] += h;
+      const Pose there = arm.world_from_tool(moved);
+      const Eigen::AngleAxisd turn(there.rotation * here.rotation.inverse());
+      const double sign = turn.angle() > std::numbers::pi ? -1 : 1;
+      const double angle = sign > 0 ? turn.angle() : 2 * std::numbers::pi - turn.angle();
+      jacobian.col(k) << (there.position - here.position) / h, sign * angle / h * turn.axis();
+    }
+    EXPECT_NEAR(arm.manipulability(q), std::sqrt((jacobian * jacobian.transpose()).determinant()), 1e-5);
+  }
+  JointVector stretched{};  // the elbow straight is beyond its limit, and singular
+  EXPECT_LT(arm.manipulability(stretched), arm.manipulability({0, 0.1745, 0, -0.8727, 0, 1.2217, 0.7854}));
 }
 
 TEST(Kinematics, OutOfReachHasNoSolution) {

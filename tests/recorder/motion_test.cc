@@ -7,6 +7,7 @@
 
 #include "recorder/collision.h"
 #include "recorder/kinematics.h"
+#include "recorder/planner.h"
 
 namespace flowscope {
 namespace {
@@ -41,7 +42,6 @@ TEST_F(Motion, PlannedMoveArrivesAndStopsOnlyAtItsEnd) {
   world.reset(0, 1);
   MoveRequest request;
   request.world_from_tool = down_at(0.35, 0.2, 1.1);
-  request.time_limit_s = 30;
   const MotionResult result = move_to(world, request, keep());
   ASSERT_TRUE(result) << result.message;
   EXPECT_LT(position_error_m(world.frame().world_from_tool, request.world_from_tool), 0.003);
@@ -59,7 +59,6 @@ TEST_F(Motion, LinearMoveKeepsTheToolOnItsLine) {
   world.reset(0, 1);
   MoveRequest request;
   request.world_from_tool = down_at(0.35, 0.1, 1.15);
-  request.time_limit_s = 30;
   ASSERT_TRUE(move_to(world, request, {}));
   const Eigen::Vector3d from = world.frame().world_from_tool.position;
   request.world_from_tool = down_at(0.35, -0.1, 1.05);
@@ -80,6 +79,7 @@ TEST_F(Motion, OutOfReachIsUnreachable) {
   const MotionResult planned = move_to(world, request, keep());
   EXPECT_EQ(planned.failure, MotionFailure::unreachable);
   EXPECT_NE(planned.message.find("(2.000, 0.000, 1.000) m"), std::string::npos) << planned.message;
+  EXPECT_EQ(planned.world_from_tool, request.world_from_tool);
   request.linear = true;
   EXPECT_EQ(move_to(world, request, keep()).failure, MotionFailure::unreachable);
   EXPECT_TRUE(frames.empty());
@@ -92,6 +92,7 @@ TEST_F(Motion, ATouchingGoalSaysWhatIsTouched) {
   const MotionResult planned = move_to(world, request, keep());
   EXPECT_EQ(planned.failure, MotionFailure::in_collision);
   EXPECT_NE(planned.message.find("table"), std::string::npos) << planned.message;
+  EXPECT_EQ(planned.world_from_tool, request.world_from_tool);
   request.linear = true;
   const MotionResult straight = move_to(world, request, keep());
   EXPECT_EQ(straight.failure, MotionFailure::in_collision);
@@ -104,7 +105,6 @@ TEST_F(Motion, GoesAroundTheCabinet) {
   world.reset(0, 3);
   const Pose world_from_cabinet = world.world_from("cabinet");
   MoveRequest request;
-  request.time_limit_s = 60;
   // In front of the cabinet, then behind it, lower than its top; the straight line between leads through it.
   for (const double y : {0.38, -0.43}) {
     request.world_from_tool =
@@ -122,7 +122,6 @@ TEST_F(Motion, StopsWhenTheSinkOrTheTokenSaysSo) {
   World world(task("push_buttons"));
   MoveRequest request;
   request.world_from_tool = down_at(0.35, 0.2, 1.1);
-  request.time_limit_s = 30;
   int seen = 0;
   EXPECT_TRUE(move_to(world, request, [&](const Frame&) { return ++seen < 5; }));
   EXPECT_EQ(seen, 5);
@@ -130,6 +129,36 @@ TEST_F(Motion, StopsWhenTheSinkOrTheTokenSaysSo) {
   const MotionResult cancelled = move_to(
       world, request, [&](const Frame&) { return stop.request_stop(), true; }, stop.get_token());
   EXPECT_EQ(cancelled.failure, MotionFailure::cancelled);
+}
+
+TEST_F(Motion, WhatIsCommandedIsFreeAtFourTimesFinerResolution) {
+  World world(task("open_drawer"));
+  world.reset(0, 3);
+  const Pose cabinet = world.world_from("cabinet");
+  for (const double y : {0.38, -0.43}) {
+    MoveRequest request;
+    request.world_from_tool = down_at(cabinet.position.x(), cabinet.position.y() + y, 1.15);
+    CollisionChecker checker(world);
+    const auto is_free = [&](const JointVector& q) { return checker.is_free(q); };
+    JointPath targets{world.frame().q};
+    const PlannedMove move = plan_move(world, request);
+    ASSERT_TRUE(move.result) << move.result.message;
+    targets.insert(targets.end(), move.targets.begin(), move.targets.end());
+    ASSERT_TRUE(move_to(world, request, {}));
+    EXPECT_TRUE(path_is_free(targets, is_free, 0.0006));
+  }
+}
+
+TEST_F(Motion, AMoveThatMayTouchKeepsTheArmsLinksOutOfThings) {
+  World world(task("put_item_in_drawer"));
+  world.reset(0, 1);
+  const Pose item = world.world_from("item");
+  MoveRequest request;
+  request.world_from_tool = {item.position + Eigen::Vector3d(0, 0, 0.02), Eigen::Quaterniond(0, 1, 0, 0)};
+  request.ignore_collisions = true;
+  CollisionChecker checker(world);
+  ASSERT_TRUE(move_to(world, request, keep()));
+  for (const auto& frame : frames) EXPECT_TRUE(checker.links_are_free(frame.q)) << checker.describe(frame.q);
 }
 
 TEST_F(Motion, GripperChangesItsBitInOneFrame) {

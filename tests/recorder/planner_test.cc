@@ -36,7 +36,7 @@ TEST(Planner, GoesAroundAndStaysFreeAtFinerResolution) {
     EXPECT_EQ(plan.path.front(), kStart);
     EXPECT_EQ(plan.path.back(), kGoal);
     for (std::size_t i = 1; i < plan.path.size(); ++i) {
-      EXPECT_TRUE(segment_is_free(plan.path[i - 1], plan.path[i], past_the_wall, 0.01));
+      EXPECT_TRUE(segment_is_free(plan.path[i - 1], plan.path[i], past_the_wall, 0.0025));
     }
     EXPECT_LT(length(plan.path), 6) << "at least 2 rad across; shortening should leave no long tours";
   }
@@ -101,17 +101,6 @@ TEST(Trajectory, KeepsItsLimitsAndEndsAtTheGoal) {
   }
   EXPECT_TRUE(timed_targets({kStart}, limits).empty());
   EXPECT_TRUE(timed_targets({kStart, kStart}, limits).empty());
-}
-
-TEST(Trajectory, PassesCornersWithoutSlowing) {
-  JointVector corner = kStart, goal = kStart;
-  corner[0] += 1;
-  goal[0] += 1;
-  goal[1] += 1;
-  const JointPath targets = timed_targets({kStart, corner, goal});
-  for (std::size_t i = 3; i + 5 < targets.size(); ++i) {
-    EXPECT_GT(joint_distance(targets[i], targets[i + 1]), 0.03) << i;
-  }
 }
 
 TEST(Trajectory, LeadsTheToolAlongAStraightLine) {

@@ -1,0 +1,154 @@
+// The checker's shortcuts against the engine's own whole collision pass.
+#include "recorder/collision.h"
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <map>
+
+#include "recorder/ik_recovery.h"
+#include "recorder/motion.h"
+#include "render/mujoco_owners.h"
+
+namespace flowscope {
+namespace {
+
+/// Kinematics and collisions of the whole scene, all contacts looked at: slow and plain.
+class PlainChecker {
+ public:
+  explicit PlainChecker(const World& world)
+      : model_(world.model()),
+        data_(mj_copyData(nullptr, model_, world.data())),
+        arm_(find_arm(model_, world.task().robot())) {
+    mj_kinematics(model_, data_.get());
+    for (const auto& name : world.grasped()) {
+      held_.push_back(mj_name2id(model_, mjOBJ_BODY, name.c_str()));
+      const int joint = model_->body_jntadr[held_.back()];
+      free_.push_back(joint >= 0 && model_->jnt_type[joint] == mjJNT_FREE);
+      hand_from_held_.push_back(pose(hand()).inverse() * pose(held_.back()));
+    }
+    JointVector start{};
+    for (std::size_t i = 0; i < arm_.joints; ++i) start[i] = data_->qpos[arm_.qpos[i]];
+    collide(start);
+    for (int i = 0; i < data_->ncon; ++i) {
+      const mjContact& c = data_->contact[i];
+      double& depth = at_start_[std::minmax(c.geom1, c.geom2)];
+      depth = std::max(depth, -c.dist);
+    }
+  }
+
+  bool is_free(const JointVector& q) {
+    collide(q);
+    for (int i = 0; i < data_->ncon; ++i) {
+      const mjContact& c = data_->contact[i];
+      const int body1 = model_->geom_bodyid[c.geom1], body2 = model_->geom_bodyid[c.geom2];
+      if (!(moves(body1) || moves(body2)) || (in_hand(body1) && in_hand(body2))) continue;
+      const auto known = at_start_.find(std::minmax(c.geom1, c.geom2));
+      if (-c.dist > (known == at_start_.end() ? 0 : known->second) + 0.001) return false;
+    }
+    return true;
+  }
+
+ private:
+  int hand() const { return model_->site_bodyid[arm_.tool_site]; }
+  bool below(int body, int ancestor) const {
+    while (body != 0 && body != ancestor) body = model_->body_parentid[body];
+    return body == ancestor;
+  }
+  bool moves(int body) const {
+    bool result = below(body, model_->jnt_bodyid[arm_.joint[0]]);
+    for (std::size_t i = 0; i < held_.size(); ++i) result = result || (free_[i] && below(body, held_[i]));
+    return result;
+  }
+  bool in_hand(int body) const {
+    bool result = below(body, hand());
+    for (const int held : held_) result = result || below(body, held);
+    return result;
+  }
+  Pose pose(int body) const {
+    const double *p = data_->xpos + 3 * body, *r = data_->xquat + 4 * body;
+    return Pose::from_wxyz({p[0], p[1], p[2]}, {r[0], r[1], r[2], r[3]});
+  }
+  void collide(const JointVector& q) {
+    for (std::size_t i = 0; i < arm_.joints; ++i) data_->qpos[arm_.qpos[i]] = q[i];
+    mj_kinematics(model_, data_.get());
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (!free_[i]) continue;
+      const Pose there = pose(hand()) * hand_from_held_[i];
+      double* qpos = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[held_[i]]];
+      const Eigen::Vector4d wxyz = there.wxyz();
+      std::copy_n(there.position.data(), 3, qpos);
+      std::copy_n(wxyz.data(), 4, qpos + 3);
+    }
+    mj_kinematics(model_, data_.get());
+    mj_comPos(model_, data_.get());
+    mj_collision(model_, data_.get());
+  }
+
+  const mjModel* model_;
+  DataPtr data_;
+  ArmIndices arm_;
+  std::vector<int> held_;
+  std::vector<bool> free_;
+  std::vector<Pose> hand_from_held_;
+  std::map<std::pair<int, int>, double> at_start_;
+};
+
+const TaskLibrary& library() {
+  static const TaskLibrary tasks(find_assets());
+  return tasks;
+}
+
+/// Half of them near a posture that is likely to touch, the others anywhere.
+void compare(const World& world, int count, std::uint64_t seed) {
+  const JointLimits limits = Kinematics::from_model(world.model(), world.task().robot()).limits();
+  const JointVector here = world.frame().q;
+  CollisionChecker checker(world);
+  PlainChecker plain(world);
+  int free = 0;
+  for (int i = 0; i < count; ++i) {
+    JointVector q = random_posture(limits, seed, static_cast<std::uint64_t>(i));
+    if (i % 2 == 0) {
+      for (std::size_t k = 0; k < q.size(); ++k) q[k] = std::lerp(here[k], q[k], 0.15);
+    }
+    const bool expected = plain.is_free(q);
+    free += expected;
+    ASSERT_EQ(checker.is_free(q), expected) << i << ": " << checker.describe(q);
+    ASSERT_TRUE(expected || !checker.describe(q).empty());
+    ASSERT_TRUE(expected || !checker.is_clear(q));
+    if (expected) {
+      ASSERT_TRUE(checker.links_are_free(q));
+    }
+  }
+  EXPECT_GT(free, count / 10);
+  EXPECT_LT(free, count);
+}
+
+class Collision : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Collision, AgreesWithTheEnginesWholePass) {
+  World world(library().get(GetParam()));
+  world.reset(0, 5);
+  compare(world, 300, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllTasks, Collision, ::testing::ValuesIn(library().names()),
+                         [](const auto& test) { return test.param; });
+
+TEST(CollisionChecker, WhatIsHeldGoesAlongAndMayTouchTheHand) {
+  World world(library().get("stack_blocks"));
+  world.reset(0, 2);
+  const Pose block = world.world_from("block_1");
+  MoveRequest request;
+  request.world_from_tool = {block.position + Eigen::Vector3d(0, 0, 0.1), Eigen::Quaterniond(0, 1, 0, 0)};
+  ASSERT_TRUE(move_to(world, request, {}));
+  request.world_from_tool.position = block.position;
+  request.linear = request.ignore_collisions = true;
+  ASSERT_TRUE(move_to(world, request, {}));
+  ASSERT_TRUE(move_gripper(world, 0, {}));
+  ASSERT_FALSE(world.grasped().empty());
+  compare(world, 400, 3);
+}
+
+}  // namespace
+}  // namespace flowscope
