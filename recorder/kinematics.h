@@ -1,9 +1,4 @@
-// Forward and inverse kinematics: of the Panda in closed form, of any other arm of hinges by numeric_arm.h.
-//
-// The Panda's inverse: the seventh joint is the free parameter. With q7 given the wrist frame follows from
-// the tool pose, the shoulder, elbow and wrist centre form a triangle of known sides, and the rest is plane
-// geometry: at most eight solutions. The idea of q7 as parameter is that of He & Liu, "Analytical Inverse
-// Kinematics for Franka Emika Panda", ICCMA 2021, DOI 10.1109/ICCMA54375.2021.9646185.
+// Forward and inverse kinematics: of the Panda by panda_arm.h, of any other arm of hinges by numeric_arm.h.
 #pragma once
 
 #include <array>
@@ -72,9 +67,7 @@ class Kinematics {
                                     const JointVector& posture) const;
 
  private:
-  struct Solutions;
   class Choice;
-  void solve_at(const Pose& base_from_flange, double q7, Solutions& out) const;
   Pose base_from_flange(const Pose& world_from_tool) const;
 
   Pose world_from_base_, flange_from_tool_;
