@@ -29,13 +29,23 @@ Studio::Studio(const StudioOptions& options)
       jobs_([this](const web::JobStatus& status) { send(status); }) {
   std::filesystem::create_directories(options.data / "policies");
   std::filesystem::create_directories(options.data / "exports");
-  if (options.scene) tasks_.add(options.scene);
+  if (options.scene) open_scene(options.scene);
   tasks_.get(options.task);  // an unknown task or a broken file stops the program before it listens
   sim_.on_publish([this] {
     ++change_;
     render_.wake();
   });
   open_policy();
+}
+
+/// A scene of any size, looked at from as far away, in its own measure, as the table is.
+void Studio::open_scene(const std::shared_ptr<const Task>& scene) {
+  tasks_.add(scene);
+  const Box bounds = scene->bounds();
+  ViewSettings view = render_.view("main");
+  view.orbit.lookat = (bounds.min + bounds.max) / 2;
+  view.orbit.distance_m = std::clamp(0.65 * (bounds.max - bounds.min).x(), 0.1, 20.0);
+  render_.set_view(view);
 }
 
 /// The one asked for, else the one that was trained here before; only the first is worth not starting for.

@@ -76,6 +76,7 @@ class Studio : public web::Backend {
   void announce(std::stop_token stop);
   void send(web::Event event);
   void open_policy();
+  void open_scene(const std::shared_ptr<const Task>& scene);
   void clear_shown();
   /// Draws where a failed move was to go and why it is not there, until the next run or reset; without a pose
   /// nothing.

@@ -130,6 +130,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   const auto place = call.scene.parent_path() / "flowscope-completed.xml";
   files.add(place.filename().string(), completed);
   ModelPtr model = files.compile(place);
+  if (raw->nlight == 0) model->vis.headlight = table->vis.headlight;
   std::vector<double> start(model->qpos0, model->qpos0 + model->nq);
   if (raw->nkey > 0 && raw->nq == model->nq) start.assign(raw->key_qpos, raw->key_qpos + raw->nq);
   return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
