@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <numbers>
 
 #include "recorder/keyframes.h"
+#include "recorder/script_poses.h"
 
 namespace flowscope {
 namespace {
@@ -22,35 +22,6 @@ std::string now_utc() {
   char buffer[32];
   std::strftime(buffer, sizeof buffer, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return buffer;
-}
-
-Pose turned(double yaw_rad) {
-  return {Eigen::Vector3d::Zero(), Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()))};
-}
-
-/// Among the poses that the step calls as good, the one with the least turn from the tool's present rotation.
-Pose nearest_in_yaw(const Pose& world_from_frame, const MoveStep& move, const Eigen::Quaterniond& present) {
-  const auto pose_at = [&](double yaw) { return world_from_frame * turned(yaw) * move.frame_from_tool; };
-  const auto cosine_at = [&](double yaw) { return pose_at(yaw).rotation.dot(present); };
-  if (move.yaw_symmetry == 0) {
-    // The cosine of half the turn is a cos(yaw / 2) + b sin(yaw / 2); its largest magnitude is the least
-    // turn.
-    const double a = cosine_at(0), b = (world_from_frame.rotation * Eigen::Quaterniond(0, 0, 0, 1) *
-                                        move.frame_from_tool.rotation)
-                                           .dot(present);
-    return pose_at(2 * std::atan2(b, a));
-  }
-  Pose best = pose_at(0);
-  double best_cosine = std::abs(cosine_at(0));
-  for (int k = 1; k < move.yaw_symmetry; ++k) {
-    const double yaw = 2 * std::numbers::pi * k / move.yaw_symmetry;
-    // A hair better is no better: equal choices must not hang on rounding.
-    if (std::abs(cosine_at(yaw)) > best_cosine + 1e-9) {
-      best = pose_at(yaw);
-      best_cosine = std::abs(cosine_at(yaw));
-    }
-  }
-  return best;
 }
 
 std::string false_terms(const World& world) {
@@ -110,19 +81,15 @@ class ScriptRun {
     return true;
   }
 
-  Pose resolve(const MoveStep& move, const Eigen::Quaterniond& present) const {
-    return nearest_in_yaw(world_.world_from(move.frame), move, present);
-  }
-
   /// The straight moves that follow step `index`, as far as their frames can be known now.
-  std::vector<Pose> lines_after(std::size_t index, Eigen::Quaterniond rotation) const {
+  std::vector<Pose> lines_after(std::size_t index, Pose tool) const {
     std::vector<Pose> lines;
     for (std::size_t i = index + 1; i < script_.steps.size(); ++i) {
       const auto* move = std::get_if<MoveStep>(&script_.steps[i].what);
       if (!move) continue;
       if (!move->linear || move->frame == "tool") break;
-      lines.push_back(resolve(*move, rotation));
-      rotation = lines.back().rotation;
+      tool = place_move(world_, *move, tool).world_from_tool;
+      lines.push_back(tool);
     }
     return lines;
   }
@@ -135,8 +102,8 @@ class ScriptRun {
     const auto& move = std::get<MoveStep>(step.what);
     MoveRequest request;
     try {
-      request.world_from_tool = resolve(move, world_.robot().world_from_tool.rotation);
-      if (!move.linear) request.then = lines_after(index, request.world_from_tool.rotation);
+      request.world_from_tool = place_move(world_, move, world_.robot().world_from_tool).world_from_tool;
+      if (!move.linear) request.then = lines_after(index, request.world_from_tool);
     } catch (const std::invalid_argument& error) {
       return {MotionFailure::unreachable, error.what()};
     }
@@ -171,7 +138,10 @@ class ScriptRun {
   std::vector<TermSeries> terms_;
 };
 
-Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& observe) {
+}  // namespace
+
+Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<int>& keyframes,
+               const Observe& observe) {
   const Episode& episode = world.episode();
   Demo demo;
   demo.info.task = episode.task;
@@ -183,7 +153,7 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& obs
   demo.simulator = std::string("MuJoCo ") + mj_versionString();
   demo.bounds = world.task().bounds();
   demo.start = observe(frames.front().state);
-  for (const int index : keyframes_to_learn(frames)) {
+  for (const int index : keyframes) {
     const Frame& frame = frames[index];
     // The openness of an action is the benchmark's bit: while the fingers still travel, where they are going.
     demo.keyframes.push_back(
@@ -194,8 +164,6 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const Observe& obs
   demo.frames = std::move(frames);
   return demo;
 }
-
-}  // namespace
 
 std::vector<std::string> observation_cameras(const mjModel* model) {
   std::vector<std::string> found, own;
@@ -216,7 +184,11 @@ RunReport run_script(World& world, const Script& script, const Observe& observe,
   report.success = run.execute(report);
   report.sim_seconds = run.sim_seconds();
   report.terms = run.take_terms();
-  if (report.success && observe) report.demo = make_demo(world, run.take_frames(), observe);
+  if (report.success && observe) {
+    std::vector<Frame> frames = run.take_frames();
+    const std::vector<int> keyframes = keyframes_to_learn(frames);
+    report.demo = make_demo(world, std::move(frames), keyframes, observe);
+  }
   report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;
 }

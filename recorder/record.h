@@ -32,6 +32,11 @@ struct RunReport {
 std::vector<std::string> observation_cameras(const mjModel_* model);
 inline constexpr int observation_size = 128;  ///< pixels
 
+/// A demonstration of the world's episode from the frames since its reset; `keyframes` are indices of them,
+/// in order, and are photographed.
+Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<int>& keyframes,
+               const Observe& observe);
+
 /// Runs `script` from the world's present state (reset before), ends after the step that succeeded like the
 /// benchmark does, finds the keyframes and has them photographed. `on_frame` sees every frame (live view);
 /// may be empty.
