@@ -1,0 +1,49 @@
+// Everything that moved since the last reset: what can be undone, and what becomes a demonstration.
+#pragma once
+
+#include <vector>
+
+#include "recorder/record.h"
+#include "recorder/world.h"
+
+namespace flowscope {
+
+/// A plain value beside one world; whoever owns the world keeps it up to date.
+class TeleopSession {
+ public:
+  static constexpr std::size_t most_frames = 12'000;  ///< ten minutes
+
+  /// After every reset of the world.
+  void restart(const World& world);
+  /// Every recorded frame of any motion, states and all.
+  void keep(const Frame& frame);
+  /// Before a movement by hand starts: undo() comes back to here.
+  void begin_stroke();
+  /// Nothing came of it.
+  void drop_empty_stroke();
+  /// Marks the present moment as a keyframe; false when it is one already or nothing has moved yet.
+  bool mark();
+  /// Takes the last movement by hand back; what scripts did after it goes with it. False when there is none.
+  bool undo(World& world);
+
+  int strokes() const { return static_cast<int>(strokes_.size()); }
+  int frames() const { return static_cast<int>(frames_.size()); }
+  int marks() const { return static_cast<int>(marks_.size()); }
+  bool moved_by_hand() const { return by_hand_; }
+  /// More frames than are kept: no demonstration can be made of this.
+  bool overflowed() const { return overflowed_; }
+
+  /// Keyframes as they would be saved: hand-marked ones with every change of the gripper and the end; without
+  /// marks those of the benchmark's rule.
+  std::vector<int> keyframes() const;
+  /// Throws std::logic_error when nothing has moved or too much did.
+  Demo demo(const World& world, const Observe& observe) const;
+
+ private:
+  std::vector<Frame> frames_;
+  std::vector<int> marks_;            ///< indices of frames, ascending
+  std::vector<std::size_t> strokes_;  ///< number of frames before each movement by hand
+  bool overflowed_ = false, by_hand_ = false;
+};
+
+}  // namespace flowscope
