@@ -153,6 +153,12 @@ std::future<ImageRgb> RenderLoop::draw(SceneState state, ViewSettings view, Over
                          Room& room) { return draw_now(room, state, view, overlay); });
 }
 
+std::future<CameraModel> RenderLoop::camera(SceneState state, ViewSettings view) {
+  return queue_.post([this, state = std::move(state), view = std::move(view)](Room& room) {
+    return view_camera(renderer(room, state.scene), state, view);
+  });
+}
+
 void RenderLoop::set_view(const ViewSettings& view) {
   {
     std::lock_guard lock(mutex_);

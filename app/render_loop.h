@@ -57,6 +57,8 @@ class RenderLoop {
   std::future<Observation> observe(SceneState state);
   /// Draws any state as a view would show it.
   std::future<ImageRgb> draw(SceneState state, web::ViewSettings view, Overlay overlay);
+  /// The camera of such a picture.
+  std::future<CameraModel> camera(SceneState state, web::ViewSettings view);
   void set_view(const web::ViewSettings& view);         ///< adds or changes
   web::ViewSettings view(const std::string& id) const;  ///< throws web::ApiError 404
   std::vector<web::ViewSettings> views() const;

@@ -54,8 +54,8 @@ MotionResult execute_keyframe(World& world, const GripperAction& action, std::ui
 SimLoop::SimLoop(const TaskLibrary& tasks) : tasks_(tasks) {
   thread_ = std::jthread([this] {
     Room room;
-    while (queue_.run_next(room, std::chrono::milliseconds(1000))) {
-    }
+    std::chrono::milliseconds sleep(1000);
+    while (queue_.run_next(room, sleep)) sleep = jog_on(room);
   });
 }
 
@@ -84,12 +84,16 @@ void SimLoop::publish(Room& room) {
   snapshot.detectors = w.detectors();
   snapshot.success = w.success();
   snapshot.keyframe_history = room.history;
+  snapshot.robot = w.robot();
+  snapshot.by_hand = {room.session.frames(), room.session.strokes(), room.session.marks(),
+                      room.session.moved_by_hand()};
   snapshot_.publish(std::move(snapshot));
   if (listener_) listener_();
 }
 
 void SimLoop::see(Room& room, const Frame& frame) {
   using Clock = std::chrono::steady_clock;
+  room.session.keep(frame);
   publish(room);
   room.run.push_back(frame);
   room.run.back().state = {};
@@ -114,6 +118,8 @@ std::future<void> SimLoop::reset(std::string task, int variation, std::uint64_t 
       room.world->reset(variation, seed);
     }
     ++room.episode;
+    end_jog(room);
+    room.session.restart(*room.world);
     room.history = {room.world->robot()};
     room.run.clear();
     publish(room);
@@ -122,6 +128,7 @@ std::future<void> SimLoop::reset(std::string task, int variation, std::uint64_t 
 
 std::future<RunReport> SimLoop::run_script(Script script, Observe observe, std::stop_token stop) {
   return queue_.post([this, script = std::move(script), observe = std::move(observe), stop](Room& room) {
+    end_jog(room);
     room.run.clear();
     RunReport report = flowscope::run_script(
         world(room), script, observe, [&](const Frame& frame) { see(room, frame); }, stop);
@@ -137,6 +144,7 @@ std::future<RunReport> SimLoop::run_script(Script script, Observe observe, std::
 std::future<MotionResult> SimLoop::execute(GripperAction action, std::uint64_t seed, std::stop_token stop) {
   return queue_.post([this, action, seed, stop](Room& room) {
     World& w = world(room);
+    end_jog(room);
     MotionResult result = execute_keyframe(
         w, action, seed,
         [&](const Frame& frame) {

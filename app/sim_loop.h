@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "app/job_queue.h"
+#include "app/jog_control.h"
 #include "app/latest.h"
 #include "policy/policy.h"
 #include "recorder/record.h"
+#include "recorder/teleop_session.h"
 #include "recorder/world.h"
 
 namespace flowscope {
@@ -31,6 +33,12 @@ struct SimSnapshot {
   bool success = false;
   std::vector<RobotState>
       keyframe_history;  ///< the robot at the start and at every keyframe since; a policy's history
+  RobotState robot;
+  struct ByHand {
+    int frames = 0, strokes = 0, marks = 0;
+    bool moved = false;
+  };
+  ByHand by_hand;  ///< the session since the reset
 };
 
 /// Runs jobs on the world and publishes a snapshot after every frame. Public methods: any thread.
@@ -52,6 +60,17 @@ class SimLoop {
   /// Moves to a predicted keyframe as the benchmark's evaluation does: arm first, then the gripper.
   std::future<MotionResult> execute(GripperAction action, std::uint64_t seed, std::stop_token stop);
 
+  /// Moves the tool by hand, in real time, until the command is renewed no more.
+  void jog(const JogCommand& command);
+  JogControl::Report jog_report() const { return jog_.report(); }
+  std::future<MotionResult> jog_gripper(double openness);
+  /// Back to before the last movement by hand; false when there is none.
+  std::future<bool> undo_jog();
+  /// Marks the present moment as a keyframe; the tool's pose and the fingers as steps of a script.
+  std::future<std::vector<Step>> mark();
+  /// A demonstration of everything since the reset. Throws std::logic_error as TeleopSession does.
+  std::future<Demo> session_demo(Observe observe);
+
   /// Simulated seconds per wall second while somebody watches; nobody watches: as fast as it goes.
   void pace(double factor) { pace_ = factor; }
 
@@ -62,15 +81,23 @@ class SimLoop {
     std::vector<RobotState> history;
     std::vector<Frame>
         run;  ///< frames since the last reset or execute, without states: where its keyframes were
+    TeleopSession session;
+    std::optional<Jogger> jogger;  ///< of the movement by hand in progress
+    JogControl::Clock::time_point next_jog{};
   };
   void publish(Room& room);
   void see(Room& room, const Frame& frame);
+  /// Where the hand goes on when other motions have to end first, or when the world is another now.
+  void end_jog(Room& room);
+  /// The next frame of a movement by hand, when it is due; how long the thread may sleep then.
+  std::chrono::milliseconds jog_on(Room& room);
   World& world(Room& room);
 
   const TaskLibrary& tasks_;
   std::function<void()> listener_;
   std::atomic<double> pace_{0};
   Latest<SimSnapshot> snapshot_;
+  JogControl jog_;
   JobQueue<Room> queue_;
   std::jthread thread_;
 };

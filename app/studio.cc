@@ -18,6 +18,7 @@ Studio::Studio(const StudioOptions& options)
       demos_(options.data),
       traces_(options.data / "traces"),
       experts_(tasks_),
+      scratch_(tasks_),
       encode_([this](const std::string& view, web::FramePtr frame) {
         std::lock_guard lock(server_mutex_);
         if (server_) server_->publish(view, std::move(frame));
@@ -101,6 +102,7 @@ void Studio::announce(std::stop_token stop) {
     if ((now == told && failure == told_failure) || !sim_.snapshot().get()) continue;
     told = now;
     told_failure = failure;
+    draw_waypoints();
     send(state());
     const auto report = policy_.report();
     if (report.running != was_training || (report.running && beat++ % 5 == 0)) send(report);
@@ -147,6 +149,7 @@ StateSnapshot Studio::state() {
   s.training = report.running;
   s.train = report.status;
   s.policy = policy_.status();
+  s.teleop = teleop();
   std::lock_guard lock(mutex_);
   s.shown = shown_;
   if (!motion_job_.empty()) {

@@ -13,8 +13,10 @@
 #include "app/policy_loop.h"
 #include "app/render_loop.h"
 #include "app/scene_input.h"
+#include "app/scratch_world.h"
 #include "app/sim_loop.h"
 #include "app/trace_store.h"
+#include "app/waypoint_board.h"
 #include "recorder/demo_store.h"
 #include "recorder/task.h"
 #include "web/backend.h"
@@ -69,6 +71,16 @@ class Studio : public web::Backend {
   std::string export_media(const web::ExportRequest& request) override;
   std::vector<std::uint8_t> snapshot(const web::SnapshotRequest& request) override;
   std::string export_file(const std::string& name) override;
+  CameraModel view_camera(const std::string& id) override;
+  web::PickAnswer pick(const web::PickRequest& request) override;
+  std::vector<NamedFrame> frames() override;
+  std::vector<PlacedStep> set_waypoints(const web::WaypointsRequest& request) override;
+  web::TeleopStatus teleop() override;
+  web::TeleopStatus jog(const web::JogRequest& request) override;
+  web::TeleopStatus jog_gripper(double openness) override;
+  web::TeleopStatus undo_jog() override;
+  std::vector<Step> mark_keyframe() override;
+  std::string save_teleop(bool unfinished) override;
   void viewers_changed(const std::string& view, int viewers) override;
 
  private:
@@ -83,6 +95,14 @@ class Studio : public web::Backend {
   void show_failure(const std::optional<Pose>& world_from_tool, const std::string& reason);
   /// Ends the script or move that runs, if any, and waits for it.
   void interrupt_motion();
+  /// Refuses a movement by hand while a script or a prediction moves the arm; leaves a shown trace.
+  void take_over();
+  void require_robot() const;  ///< throws ApiError 409 in a scene without one
+  void draw_waypoints();
+  /// Throws ApiError for text that is no script, and for one of another task.
+  static Script read_script(const std::string& text, const std::string& open_task);
+  /// The state that a view shows now.
+  SceneState shown_state() const;
   std::string keep(StoredTrace stored);
 
   const StudioOptions options_;
@@ -90,6 +110,8 @@ class Studio : public web::Backend {
   DemoStore demos_;
   TraceStore traces_;
   ExpertBook experts_;
+  ScratchWorld scratch_;
+  WaypointBoard waypoints_;
 
   std::mutex server_mutex_;
   web::Server* server_ = nullptr;

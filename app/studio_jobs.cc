@@ -28,28 +28,37 @@ std::string Studio::task_script(const std::string& task) {
   return world.episode().demonstration_text;
 }
 
-std::string Studio::run_script(const web::ScriptRequest& request) {
-  const auto sim = scene();
-  if (tasks_.get(sim->task)->robot().joints.empty()) {
+void Studio::require_robot() const {
+  if (tasks_.get(scene()->task)->robot().joints.empty()) {
     throw ApiError(409, "no_robot",
                    "this scene is open for viewing only: serve it with --robot to move in it");
   }
-  if (request.script.empty() && !request.task.empty() && request.task != sim->task) {
-    throw ApiError(409, "other_task",
-                   "the open task is " + sim->task + "; reset to " + request.task + " first", "task");
-  }
+}
+
+Script Studio::read_script(const std::string& text, const std::string& open_task) {
   Script script;
-  const std::string text = request.script.empty() ? task_script(sim->task) : request.script;
   try {
     script = parse_script(text, "script");
   } catch (const BadScript& error) {
     const std::string what = error.what();
     throw ApiError(400, "bad_script", what, what.substr(0, what.find(' ')));
   }
-  if (!script.task.empty() && script.task != sim->task) {
-    throw ApiError(409, "other_task", "the script is for " + script.task + "; the open task is " + sim->task,
+  if (!script.task.empty() && script.task != open_task) {
+    throw ApiError(409, "other_task", "the script is for " + script.task + "; the open task is " + open_task,
                    "task");
   }
+  return script;
+}
+
+std::string Studio::run_script(const web::ScriptRequest& request) {
+  const auto sim = scene();
+  require_robot();
+  if (request.script.empty() && !request.task.empty() && request.task != sim->task) {
+    throw ApiError(409, "other_task",
+                   "the open task is " + sim->task + "; reset to " + request.task + " first", "task");
+  }
+  const Script script =
+      read_script(request.script.empty() ? task_script(sim->task) : request.script, sim->task);
   interrupt_motion();
   clear_shown();
   show_failure({}, "");

@@ -14,6 +14,7 @@
 #include "recorder/demo.h"
 #include "recorder/task.h"
 #include "render/camera_model.h"
+#include "web/teleop_values.h"
 
 namespace flowscope::web {
 
@@ -78,6 +79,7 @@ struct StateSnapshot {
     int step = 0;
   };
   std::optional<Shown> shown;  ///< the trace step drawn over the views
+  TeleopStatus teleop;
 };
 
 struct JobStatus {
@@ -205,6 +207,18 @@ class Backend {
   virtual std::vector<std::uint8_t> snapshot(const SnapshotRequest& request) = 0;  ///< encoded picture
   virtual std::string export_file(
       const std::string& name) = 0;  ///< path of a finished export; throws ApiError 404
+  /// The camera that a view is drawn with now, for its picture size.
+  virtual CameraModel view_camera(const std::string& id) = 0;
+  virtual PickAnswer pick(const PickRequest& request) = 0;  ///< 404 when nothing is there
+  virtual std::vector<NamedFrame> frames() = 0;             ///< that a script may name
+  /// Draws a script's waypoints over every view until another call; tells where they lie.
+  virtual std::vector<PlacedStep> set_waypoints(const WaypointsRequest& request) = 0;
+  virtual TeleopStatus teleop() = 0;
+  virtual TeleopStatus jog(const JogRequest& request) = 0;  ///< answers at once
+  virtual TeleopStatus jog_gripper(double openness) = 0;    ///< closing grasps, opening releases
+  virtual TeleopStatus undo_jog() = 0;                      ///< 409 when there is nothing to undo
+  virtual std::vector<Step> mark_keyframe() = 0;            ///< the present pose as steps of a script
+  virtual std::string save_teleop(bool unfinished) = 0;     ///< demonstration id; 409 unless it succeeded
   /// The number of stream viewers of a view changed: nothing is rendered for a view that nobody watches.
   virtual void viewers_changed(const std::string& view, int viewers) = 0;
 };

@@ -53,7 +53,8 @@ constexpr const char* scene = R"({
   "recording":{"type":"object","properties":{"running":{"type":"boolean"},"job":{"type":"string"}}},
   "training":{"type":"boolean"},"train":{"type":"object"},"policy":{"type":"object","properties":{
   "loaded":{"type":"boolean"},"file":{"type":"string"},"generation":{"type":"integer"}}},
-  "viewers":{"type":"integer"},"rendering_error":{"type":["string","null"]},"shown":{"type":["object","null"]}}},
+  "viewers":{"type":"integer"},"rendering_error":{"type":["string","null"]},"shown":{"type":["object","null"]},
+  "teleop":{"$ref":"#/components/schemas/Teleop"}}},
 "Job":{"type":"object","required":["id","kind","state","progress"],"properties":{"id":{"type":"string"},
   "kind":{"type":"string"},"state":{"enum":["queued","running","done","failed","cancelled"]},
   "progress":{"type":"number"},"message":{"type":"string"},"result":{"type":"object","properties":{
@@ -74,6 +75,38 @@ constexpr const char* scene = R"({
   "cameras":{"type":"array","items":{"type":"string"}},"keyframes":{"type":"array","items":{"type":"object",
   "required":["frame","action"],"properties":{"frame":{"type":"integer"},"time_s":{"type":"number"},
   "action":{"$ref":"#/components/schemas/Action"}}}}}}
+})";
+
+constexpr const char* teleop = R"({
+"Camera":{"type":"object","required":["name","width","height","fx","fy","cx","cy","world_from_camera"],"properties":{
+  "name":{"type":"string"},"width":{"type":"integer"},"height":{"type":"integer"},"fx":{"type":"number"},
+  "fy":{"type":"number"},"cx":{"type":"number"},"cy":{"type":"number"},
+  "world_from_camera":{"$ref":"#/components/schemas/Pose"}},
+  "description":"pixels; camera axes x right, y down, z forward"},
+"Step":{"type":"object","required":["kind"],"properties":{"kind":{"enum":["move","gripper"]},
+  "frame":{"type":"string"},"position":{"$ref":"#/components/schemas/Vector3"},
+  "quaternion":{"$ref":"#/components/schemas/Quaternion"},"path":{"enum":["linear","planned"]},
+  "ignore_collisions":{"type":"boolean"},"yaw_symmetry":{"type":"integer"},"openness":{"type":"number"},
+  "line":{"type":"integer"},"world":{"$ref":"#/components/schemas/Pose"},"problem":{"type":"string"},
+  "base":{"$ref":"#/components/schemas/Pose","description":"world is base times position and quaternion"}}},
+"Steps":{"type":"object","required":["steps"],"properties":{
+  "steps":{"type":"array","items":{"$ref":"#/components/schemas/Step"}}}},
+"Picked":{"type":"object","required":["point","normal","body","geom","depth_m","proposals"],"properties":{
+  "point":{"$ref":"#/components/schemas/Vector3"},"normal":{"$ref":"#/components/schemas/Vector3"},
+  "body":{"type":"string"},"geom":{"type":"string"},"depth_m":{"type":"number"},
+  "proposals":{"type":"array","items":{"type":"object","required":["approach","step","world"],"properties":{
+  "approach":{"enum":["above","normal","middle"]},"step":{"$ref":"#/components/schemas/Step"},
+  "world":{"$ref":"#/components/schemas/Pose"}}}}}},
+"Frames":{"type":"object","required":["frames"],"properties":{"frames":{"type":"array","items":{"type":"object",
+  "required":["name","position","quaternion"],"properties":{"name":{"type":"string"},
+  "position":{"$ref":"#/components/schemas/Vector3"},"quaternion":{"$ref":"#/components/schemas/Quaternion"}}}}}},
+"Teleop":{"type":"object","required":["position","quaternion","openness","jog","message","frames","strokes","marks",
+  "by_hand","success"],"properties":{"position":{"$ref":"#/components/schemas/Vector3"},
+  "quaternion":{"$ref":"#/components/schemas/Quaternion"},"openness":{"type":"number"},
+  "jog":{"enum":["still","moving","blocked","unreachable"]},"message":{"type":"string"},"frames":{"type":"integer"},
+  "strokes":{"type":"integer","description":"movements by hand that can be undone"},"marks":{"type":"integer"},
+  "by_hand":{"type":"boolean"},"success":{"type":"boolean"}}},
+"Saved":{"type":"object","required":["demo"],"properties":{"demo":{"type":"string"}}}
 })";
 
 constexpr const char* policy = R"({
@@ -112,6 +145,7 @@ constexpr const char* policy = R"({
 wire::Json openapi_schemas() {
   wire::Json all = wire::Json::parse(values);
   all.update(wire::Json::parse(scene));
+  all.update(wire::Json::parse(teleop));
   all.update(wire::Json::parse(policy));
   return all;
 }

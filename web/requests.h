@@ -26,5 +26,10 @@ PredictRequest predict_request(const Json& body);
 std::optional<int> show_request(const Json& body);
 BranchRequest branch_request(const Json& body);
 ExportRequest export_request(const Json& body);
+PickRequest pick_request(const Json& body, const std::string& view);
+WaypointsRequest waypoints_request(const Json& body);
+JogRequest jog_request(const Json& body);
+double gripper_request(const Json& body);  ///< openness
+bool save_request(const Json& body);       ///< also unfinished
 
 }  // namespace flowscope::web::wire

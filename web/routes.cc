@@ -10,6 +10,7 @@ std::vector<Route> make_routes(Backend& backend, RouteSources sources) {
   std::vector<Route> routes;
   add_server_routes(routes, backend, std::move(sources));
   add_scene_routes(routes, backend);
+  add_teleop_routes(routes, backend);
   add_policy_routes(routes, backend);
   add_data_routes(routes, backend);
   return routes;

@@ -18,6 +18,7 @@ std::vector<Route> make_routes(Backend& backend, RouteSources sources);
 // The parts of the table, by theme.
 void add_server_routes(std::vector<Route>& routes, Backend& backend, RouteSources sources);
 void add_scene_routes(std::vector<Route>& routes, Backend& backend);
+void add_teleop_routes(std::vector<Route>& routes, Backend& backend);
 void add_policy_routes(std::vector<Route>& routes, Backend& backend);
 void add_data_routes(std::vector<Route>& routes, Backend& backend);
 

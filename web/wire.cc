@@ -110,7 +110,8 @@ Json to_json(const StateSnapshot& state) {
             {"generation", state.policy.generation}}},
           {"viewers", state.viewers},
           {"rendering_error", state.rendering_error.empty() ? Json() : Json(state.rendering_error)},
-          {"shown", state.shown ? Json{{"trace", state.shown->trace}, {"step", state.shown->step}} : Json()}};
+          {"shown", state.shown ? Json{{"trace", state.shown->trace}, {"step", state.shown->step}} : Json()},
+          {"teleop", to_json(state.teleop)}};
 }
 
 Json to_json(const JobStatus& job) {

@@ -26,6 +26,12 @@ Json to_json(const ViewSettings& view);
 Json to_json(const JobStatus& job);
 Json to_json(const TrainReport& report);
 Json to_json(const TraceEntry& entry);
+Json to_json(const Step& step);
+Json to_json(const PlacedStep& placed);
+Json to_json(const CameraModel& camera);
+Json to_json(const PickAnswer& answer);
+Json to_json(const NamedFrame& frame);
+Json to_json(const TeleopStatus& status);
 Json error_json(const std::string& code, const std::string& message, const std::string& where);
 
 /// Parses bounded JSON: depth <= 32, size <= 256 KiB, no duplicate or unknown surprises. Throws ApiError 400

@@ -15,6 +15,7 @@
 #include <type_traits>
 
 #include "tests/support/fake_pictures.h"
+#include "tests/support/fake_teleop.h"
 #include "tests/support/fake_terms.h"
 #include "tests/support/fake_values.h"
 #include "web/backend.h"
@@ -274,6 +275,27 @@ class FakeBackend : public Backend {
     if (!std::filesystem::exists(path)) throw ApiError(404, "not_found", "there is no export " + name);
     return path.string();
   }
+  CameraModel view_camera(const std::string& id) override {
+    const ViewSettings settings = view(id);
+    return settings.orbit.model(settings.width, settings.height);
+  }
+  PickAnswer pick(const PickRequest& request) override {
+    return teleop_.pick(view_camera(request.view), request);
+  }
+  std::vector<NamedFrame> frames() override { return teleop_.frames(); }
+  std::vector<PlacedStep> set_waypoints(const WaypointsRequest& request) override {
+    return teleop_.place(request.script);
+  }
+  TeleopStatus teleop() override { return teleop_.status(); }
+  TeleopStatus jog(const JogRequest& request) override { return teleop_.jog(request); }
+  TeleopStatus jog_gripper(double openness) override { return teleop_.gripper(openness); }
+  TeleopStatus undo_jog() override { return teleop_.undo(); }
+  std::vector<Step> mark_keyframe() override { return teleop_.mark(); }
+  std::string save_teleop(bool unfinished) override {
+    if (!unfinished && !teleop_.status().success)
+      throw ApiError(409, "not_done", "the task is not done", "unfinished");
+    return "push_buttons-0001";
+  }
   void viewers_changed(const std::string& view, int count) override {
     if (view == "main") viewers = count;
     ++viewer_changes;
@@ -307,6 +329,7 @@ class FakeBackend : public Backend {
     snapshot.viewers = viewers;
     snapshot.training = report_.running;
     snapshot.train = report_.status;
+    snapshot.teleop = teleop_.status();
     for (const auto& [id, job] : jobs_)
       if (job.kind == "script" && job.state == "running") snapshot.recording = {true, id};
     return snapshot;
@@ -352,6 +375,7 @@ class FakeBackend : public Backend {
   std::map<std::string, Demo> demos_;
   std::map<std::string, FlowTrace> traces_;
   std::filesystem::path exports_;
+  FakeTeleop teleop_;
 };
 
 }  // namespace flowscope::testing
