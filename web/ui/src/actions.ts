@@ -54,7 +54,7 @@ export async function load_everything(): Promise<void> {
   const before = store.state.snapshot;
   const [answer, tasks, train] = await Promise.all([api.state(), api.tasks(), api.train()]);
   const snapshot = store.state.snapshot === before ? answer : store.state.snapshot;
-  store.set({ snapshot, tasks, train });
+  store.set({ snapshot, tasks, train, teleop: snapshot?.teleop ?? null });
   await Promise.all([refresh_demos(), refresh_traces()]);
   const shown = snapshot?.shown;
   if (shown && !store.state.trace) await select_trace(shown.trace, shown.step);
@@ -64,7 +64,7 @@ export function take_event(event: ServerEvent): void {
   switch (event.type) {
     case "state": {
       const before = store.state.snapshot?.shown;
-      store.set({ snapshot: event.data });
+      store.set({ snapshot: event.data, teleop: event.data.teleop ?? store.state.teleop });
       follow(event.data.shown ?? null, before ?? null);
       break;
     }

@@ -1,5 +1,6 @@
 // Every address of the server that the page calls, typed. Failures are ApiError with the server's code, message and place.
-import type { DemoInfo, Job, Problem, Snapshot, TaskEntry, Trace, TraceEntry, TrainReport, Vec3, ViewSettings } from "./types";
+import type { Camera, DemoInfo, Job, JogOptions, NamedFrame, Picked, Problem, Snapshot, Step, TaskEntry, Teleop, Trace, TraceEntry, TrainReport, Vec3,
+  ViewSettings } from "./types";
 
 export class ApiError extends Error {
   constructor(readonly status: number, readonly code: string, message: string, readonly where = "") {
@@ -61,6 +62,16 @@ export const api = {
   drag: (id: string, drag: CameraDrag) => json<ViewSettings>("POST", `${v1}/views/${id_of(id)}/drag`, drag),
   run_script: (what: { script: string } | { task: string }, record: boolean) =>
     json<{ job: string }>("POST", `${v1}/script`, { ...what, record }).then((r) => r.job),
+  camera: (view: string) => json<Camera>("GET", `${v1}/views/${id_of(view)}/camera`),
+  pick: (view: string, place: { u: number; v: number }) => json<Picked>("POST", `${v1}/views/${id_of(view)}/pick`, place),
+  frames: () => json<{ frames: NamedFrame[] }>("GET", `${v1}/frames`).then((r) => r.frames),
+  waypoints: (script: string, selected: number | null) =>
+    json<{ steps: Step[] }>("PUT", `${v1}/waypoints`, { script, selected }).then((r) => r.steps),
+  jog: (options: JogOptions) => json<Teleop>("POST", `${v1}/teleop/jog`, options),
+  gripper: (openness: number) => json<Teleop>("POST", `${v1}/teleop/gripper`, { openness }),
+  undo_jog: () => json<Teleop>("POST", `${v1}/teleop/undo`, {}),
+  mark: () => json<{ steps: Step[] }>("POST", `${v1}/teleop/mark`, {}).then((r) => r.steps),
+  save_teleop: (unfinished: boolean) => json<{ demo: string }>("POST", `${v1}/teleop/save`, { unfinished }).then((r) => r.demo),
   job: (id: string) => json<Job>("GET", `${v1}/jobs/${id_of(id)}`),
   cancel: (id: string) => json<void>("DELETE", `${v1}/jobs/${id_of(id)}`),
   demos: () => json<{ demos: DemoInfo[] }>("GET", `${v1}/demos`).then((r) => r.demos),

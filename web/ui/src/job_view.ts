@@ -23,6 +23,7 @@ export function job_view(test_id: string, describe: (job: Job) => Node | string 
     show_if(element, followed !== null);
     const over = job !== undefined && is_over(job);
     element.dataset.state = job?.state ?? "queued";
+    text.title = job?.error?.message ?? job?.message ?? ""; // where there is room for two lines only
     bar.value = over ? 1 : (job?.progress ?? 0);
     show_if(bar, !over);
     show_if(cancel, !over);

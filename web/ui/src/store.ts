@@ -1,9 +1,19 @@
 // All that the page knows, in one place. Components watch the parts they show; only actions.ts and events write.
-import type { DemoInfo, Job, Snapshot, TaskEntry, Trace, TraceEntry, TrainReport } from "./types";
+import type { Approach, DemoInfo, Job, Snapshot, Step, TaskEntry, Teleop, Trace, TraceEntry, TrainReport } from "./types";
 
 export type Connection = "connecting" | "loading" | "live" | "lost";
 export type Tab = "record" | "train" | "debug" | "data" | "export";
 export interface Notice { level: "error" | "info"; message: string; where: string }
+
+/// The waypoint script that the editor shows and the cards change; `steps` is how the server read it last.
+export interface ScriptState {
+  text: string;
+  changed: boolean; // no longer the task's own
+  steps: Step[];
+  selected: number | null;
+  problem: { message: string; line: number | null } | null;
+  failed: number | null; // the line at which a run ended
+}
 
 export interface PageState {
   connection: Connection;
@@ -22,12 +32,16 @@ export interface PageState {
   other: Trace | null; // compared with the shown one: first the parent of a branch, then what the user picks
   step: number;
   playing: boolean;
+  script: ScriptState;
+  pick: Approach | null; // a click in the picture makes a waypoint, in this way
+  teleop: Teleop | null;
+  ask: "next" | "save" | null; // what was moved by hand did not succeed: what shall become of it
 }
 
 export const initial: PageState = {
   connection: "connecting", loading_message: "", retry_at: 0, notice: null, tab: "record", tasks: [], snapshot: null,
   jobs: new Map(), train: null, demos: null, selected_demo: null, traces: [], trace: null, other: null, step: 0,
-  playing: false,
+  playing: false, script: { text: "", changed: false, steps: [], selected: null, problem: null, failed: null }, pick: null, teleop: null, ask: null,
 };
 
 /// The selected values as parameters; a conditional type so that only `select` decides them.

@@ -35,7 +35,29 @@ export interface Snapshot {
   viewers: number;
   rendering_error: string | null;
   shown?: { trace: string; step: number } | null;
+  teleop?: Teleop;
 }
+export interface Pose { position: Vec3; quaternion: Quaternion }
+export interface MoveStep extends Pose {
+  kind: "move"; frame: string; path: "linear" | "planned"; ignore_collisions: boolean; yaw_symmetry: number;
+  line?: number; world?: Pose; base?: Pose; problem?: string;
+}
+export interface GripperStep { kind: "gripper"; openness: number; line?: number }
+export type Step = MoveStep | GripperStep;
+export interface Camera {
+  name: string; width: number; height: number; fx: number; fy: number; cx: number; cy: number; world_from_camera: Pose;
+}
+export type Approach = "above" | "normal" | "middle";
+export interface Picked {
+  point: Vec3; normal: Vec3; body: string; geom: string; depth_m: number;
+  proposals: { approach: Approach; step: MoveStep; world: Pose }[];
+}
+export interface NamedFrame extends Pose { name: string }
+export interface Teleop extends Pose {
+  openness: number; jog: "still" | "moving" | "blocked" | "unreachable"; message: string;
+  frames: number; strokes: number; marks: number; by_hand: boolean; success: boolean;
+}
+export interface JogOptions { linear: Vec3; angular: Vec3; frame: "world" | "tool"; may_touch: boolean }
 export interface Problem { code: string; message: string; where?: string }
 export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled";

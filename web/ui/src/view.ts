@@ -3,6 +3,7 @@ import { act, close_trace, report } from "./actions";
 import { api, type CameraDrag } from "./api";
 import { fill, h, set_text, show_if } from "./dom";
 import { LatestCall } from "./latest";
+import { take_pointer, watch_picture } from "./picture_tools";
 import { store } from "./store";
 import type { ViewSettings } from "./types";
 
@@ -17,13 +18,13 @@ function add_drags(waiting: CameraDrag, added: CameraDrag): CameraDrag {
 }
 
 /// Left rotates, right pans, middle zooms; Shift keeps to the horizontal. A camera of the scene gives way to the free one.
-function listen_to_mouse(picture: HTMLElement): void {
+function listen_to_mouse(picture: HTMLImageElement): void {
   const actions: Record<number, CameraDrag["action"]> = { 0: "rotate", 1: "zoom", 2: "pan" };
   let held: CameraDrag["action"] | null = null;
   picture.addEventListener("contextmenu", (event) => event.preventDefault());
   picture.addEventListener("dragstart", (event) => event.preventDefault());
   picture.addEventListener("pointerdown", (event) => {
-    held = actions[event.button] ?? null;
+    held = take_pointer(event, picture) ? null : (actions[event.button] ?? null);
     if (!held) return;
     event.preventDefault();
     picture.setPointerCapture(event.pointerId);
@@ -65,6 +66,7 @@ function stream_picture(): HTMLImageElement {
     picture.classList.toggle("stale", !live);
   });
   listen_to_mouse(picture);
+  watch_picture(picture);
   return picture;
 }
 

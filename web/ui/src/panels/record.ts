@@ -1,47 +1,35 @@
-// Record: the waypoint script of the scene, run or recorded; what failed is marked at its line.
-import { act, inform, is_recording, job_over, open_tab } from "../actions";
+// Record: waypoints as cards or as text, movements by hand, and episodes run or recorded.
+import { act, is_recording, job_over, open_tab } from "../actions";
 import { api } from "../api";
-import { fill, h, number_input, read_number, set_text, show_if } from "../dom";
+import { h, number_input, read_number, set_text, show_if } from "../dom";
+import { record_many, stop_episode } from "../episodes";
 import { job_view } from "../job_view";
+import { set_pick, set_straight_in } from "../picture_tools";
+import { insert, line_of, load_own, mark_failed, redo, undo } from "../script_actions";
+import { insert_steps } from "../script_text";
 import { store } from "../store";
+import type { Approach } from "../types";
+import { jog_pad } from "./jog_pad";
+import { script_editor } from "./script_editor";
 import { terms_block } from "./terms";
+import { waypoint_cards } from "./waypoint_cards";
 
-function line_of(where: string | undefined): number | null {
-  const match = /:(\d+)(?::\d+)?:?$/.exec(where ?? "") ?? /\bline (\d+)/.exec(where ?? "");
-  return match ? Number(match[1]) : null;
-}
-
-function script_editor() {
-  const gutter = h("div", { class: "gutter", "aria-hidden": "true" });
-  const text = h("textarea", { class: "script", spellcheck: "false", wrap: "off", "data-testid": "script", "aria-label": "waypoint script (YAML)" });
-  let failed_line: number | null = null;
-  const number_lines = () => {
-    const lines = text.value.split("\n").length;
-    fill(gutter, ...Array.from({ length: lines }, (_, i) =>
-      h("span", i + 1 === failed_line ? { class: "failed", "data-testid": "failed-line" } : {}, i + 1)));
-    gutter.scrollTop = text.scrollTop;
-  };
-  text.addEventListener("input", () => {
-    failed_line = null;
-    number_lines();
+/// How new waypoints come: a click in the picture, and the fingers.
+function add_row(): HTMLElement {
+  const approach = h("select", { "data-testid": "pick-approach", "aria-label": "how the tool comes to a clicked point", title: "how the tool comes to a clicked point" },
+    h("option", { value: "above" }, "from above"), h("option", { value: "normal" }, "facing the surface"), h("option", { value: "middle" }, "middle of the part"));
+  const pick = h("button", { type: "button", class: "pick", "data-testid": "pick", title: "a click in the picture makes a waypoint; drag one to move it (Shift: parallel to the picture, Ctrl: along the surface)",
+    onclick: () => set_pick(store.state.pick ? null : (approach.value as Approach)) }, "+ Click in picture");
+  approach.addEventListener("change", () => {
+    if (store.state.pick) set_pick(approach.value as Approach);
   });
-  text.addEventListener("scroll", () => {
-    gutter.scrollTop = text.scrollTop;
-  });
-  return {
-    element: h("div", { class: "editor" }, gutter, text),
-    text,
-    load(script: string) {
-      text.value = script;
-      failed_line = null;
-      number_lines();
-    },
-    mark(line: number | null) {
-      failed_line = line;
-      number_lines();
-      if (line !== null) text.scrollTop = Math.max(0, (line - 4) * parseFloat(getComputedStyle(text).lineHeight));
-    },
-  };
+  store.watch((s) => [s.pick !== null] as const, (on) => pick.setAttribute("aria-pressed", String(on)));
+  const way_in = h("input", { type: "checkbox", "data-testid": "pick-way-in" });
+  way_in.addEventListener("change", () => set_straight_in(way_in.checked));
+  const fingers = (label: string, openness: number) => h("button", { type: "button", class: "tiny", "data-testid": `add-${label}`, title: `add a step: gripper ${label}`,
+    onclick: () => void act(() => insert([{ kind: "gripper", openness }])) }, `+ ${label}`);
+  return h("div", { class: "row tight add-row" }, pick, approach,
+    h("label", { class: "check", title: "with a waypoint 80 mm before it, and a straight way in" }, way_in, "way in"), fingers("open", 1), fingers("close", 0));
 }
 
 export function record_panel(): HTMLElement {
@@ -49,68 +37,51 @@ export function record_panel(): HTMLElement {
   const job = job_view("record-job");
   const episodes = number_input("episodes", "episodes", 1, { min: 1, max: 200, step: 1 });
   const tally = h("span", { class: "quiet", "data-testid": "tally" });
-  let stop_wanted = false;
-  let changed = false;
-  editor.text.addEventListener("input", () => {
-    changed = true;
-  });
 
-  const load_own = (task: string) => act(async () => {
-    editor.load(await api.script(task));
-    changed = false;
+  const cards = waypoint_cards(async (step) => {
+    const id = await api.run_script({ script: insert_steps({ text: "", steps: [], task: store.state.snapshot?.task ?? "" }, 0, [step]) }, false);
+    job.follow(id);
+    await job_over(id);
   });
   const run_once = async (record: boolean) => {
-    editor.mark(null);
-    const task = store.state.snapshot?.task ?? "";
-    const id = await api.run_script(changed ? { script: editor.text.value } : { task }, record).catch((error: unknown) => {
-      editor.mark(line_of((error as { where?: string }).where));
+    mark_failed(null);
+    const { script, snapshot } = store.state;
+    const id = await api.run_script(script.changed ? { script: script.text } : { task: snapshot?.task ?? "" }, record).catch((error: unknown) => {
+      mark_failed(line_of((error as { where?: string }).where));
       throw error;
     });
     job.follow(id);
     const over = await job_over(id);
-    if (over.state === "failed") editor.mark(line_of(over.error?.where) ?? line_of(over.error?.message));
+    if (over.state === "failed") mark_failed(line_of(over.error?.where) ?? line_of(over.error?.message));
     return over;
   };
-  const record_many = async (wanted: number) => {
-    let saved = 0;
-    stop_wanted = false;
-    for (let episode = 0; episode < wanted && !stop_wanted; ++episode) {
-      const scene = store.state.snapshot;
-      if (episode > 0 && scene) await api.reset(scene.task, scene.variation, scene.seed + 1);
-      const over = await run_once(true);
-      if (over.state === "done" && over.result?.demo) ++saved;
-      set_text(tally, `${saved} saved of ${episode + 1} tried`);
-      if (over.state === "cancelled" || (changed && over.state === "failed")) break;
-    }
-    if (saved > 0) inform(`${saved} demonstration${saved === 1 ? "" : "s"} saved. Train on them, or record more.`);
-  };
-
   const run = h("button", { type: "button", "data-testid": "run-script", title: "run the script without recording",
     onclick: () => void act(() => run_once(false), run) }, "Run");
   const record = h("button", { type: "button", class: "primary record", "data-testid": "record", title: "run the script and keep the demonstration",
-    onclick: () => void act(() => record_many(read_number(episodes)), record) }, "● Record");
-  const stop = h("button", { type: "button", "data-testid": "stop-recording", onclick: () => {
-    stop_wanted = true;
-    const running = store.state.snapshot?.recording.job;
-    if (running) void act(() => api.cancel(running));
-  } }, "Stop");
-  const own = h("button", { type: "button", class: "link", "data-testid": "own-script", onclick: () => {
-    const task = store.state.snapshot?.task;
-    if (task) void load_own(task);
-  } }, "the task's own script");
+    onclick: () => void act(() => record_many(read_number(episodes), () => run_once(true),
+      (saved, tried) => set_text(tally, `${saved} saved of ${tried} tried`), () => store.state.script.changed), record) }, "● Record");
+  const keys = h("span", { class: "quiet keys" }, ...[["n", "next"], ["r", "redo"], ["q", "stop"]].flatMap(([key, what]) => [h("kbd", {}, key!), `${what!} `]));
+  const stop = h("button", { type: "button", "data-testid": "stop-recording", title: "stop (q)", onclick: () => void act(stop_episode) }, "Stop");
+  const own = h("button", { type: "button", class: "link", "data-testid": "own-script", onclick: () => void act(load_own) }, "the task's own");
   const to_train = h("button", { type: "button", class: "link", onclick: () => open_tab("train") }, "Go to Train →");
+  const forms = (["cards", "text"] as const).map((form) =>
+    h("button", { type: "button", class: "chip", "data-testid": `script-as-${form}`, onclick: () => show(form) }, form === "cards" ? "cards" : "text"));
+  const show = (form: "cards" | "text") => {
+    show_if(cards, form === "cards");
+    show_if(editor, form === "text");
+    forms.forEach((button, i) => button.setAttribute("aria-pressed", String((i === 0) === (form === "cards"))));
+  };
+  show("cards");
 
-  store.watch((s) => [s.snapshot?.task, s.snapshot?.variation, s.connection === "live"] as const, (task, _variation, live) => {
-    if (task && live && !changed) void load_own(task);
-  });
   store.watch((s) => [is_recording(s)] as const, (running) => show_if(stop, running));
   store.watch((s) => [(s.demos?.length ?? 0) > 0] as const, (any) => show_if(to_train, any));
 
   return h("div", { class: "panel record-panel" },
-    h("div", { class: "row spread" }, h("h2", {}, "Waypoint script"), own),
-    editor.element,
-    h("div", { class: "row" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet" }, "episodes, a seed each")), stop),
-    job.element,
-    h("div", { class: "row spread" }, tally, to_train),
+    h("div", { class: "row spread" }, h("div", { class: "row tight" }, h("h2", {}, "Waypoints"), ...forms),
+      h("div", { class: "row tight" }, h("button", { type: "button", class: "icon small", "aria-label": "undo", title: "undo (Ctrl+Z)", "data-testid": "undo", onclick: () => undo() }, "↶"),
+        h("button", { type: "button", class: "icon small", "aria-label": "redo", title: "redo (Ctrl+Shift+Z)", "data-testid": "redo", onclick: () => redo() }, "↷"), own)),
+    cards, editor, add_row(), jog_pad(),
+    h("div", { class: "row tight" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet", title: "a seed each" }, "episodes")), stop, keys),
+    h("div", { class: "row spread job-row" }, job.element, tally, to_train),
     terms_block());
 }

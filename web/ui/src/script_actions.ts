@@ -1,0 +1,220 @@
+// The script and its waypoints: every change is a new text; the server reads it, draws it and says where its steps lie.
+import { report } from "./actions";
+import { api, ApiError } from "./api";
+import { compose, inverse, product, rotate, about, plus, scaled } from "./math3";
+import { insert_steps, move_step, remove_step, replace_step, type Edit } from "./script_text";
+import { store, type ScriptState } from "./store";
+import type { MoveStep, NamedFrame, Pose, Step, Vec3 } from "./types";
+
+export function line_of(where: string | undefined): number | null {
+  const match = /:(\d+)(?::\d+)?:?$/.exec(where ?? "") ?? /\bline (\d+)/.exec(where ?? "");
+  return match ? Number(match[1]) : null;
+}
+
+function change(part: Partial<ScriptState>): void {
+  const { script } = store.state;
+  const failed = part.text !== undefined && part.text !== script.text ? null : script.failed; // another text has not been run
+  store.set({ script: { ...script, failed, ...part } });
+}
+
+export function mark_failed(line: number | null): void {
+  if (store.state.script.failed !== line) change({ failed: line });
+}
+
+// --- what the server makes of it ----------------------------------------------------------------------------------------
+
+const has_steps = (text: string) => /^\s*-\s/m.test(text) || /steps:\s*\[/.test(text);
+
+async function read(): Promise<void> {
+  const { tab, script, snapshot } = store.state;
+  const text = tab === "record" && has_steps(script.text) ? script.text : "";
+  try {
+    const steps = await api.waypoints(text, script.selected);
+    if (store.state.script.text === text) change({ steps, problem: null });
+    else if (text === "" && tab === "record" && store.state.script.text === script.text) change({ steps: [], problem: null });
+  } catch (error) {
+    if (!(error instanceof ApiError) || error.status >= 500) return report(error);
+    if (error.status === 0 || store.state.script.text !== text) return;
+    // A script of another task waits for its task; the scene that is open has its own.
+    if (error.code === "other_task" && snapshot) return change({ problem: { message: error.message, line: null } });
+    change({ problem: { message: error.message, line: line_of(error.where) } });
+  }
+}
+
+let reading: Promise<void> | null = null;
+let again = false;
+
+/// Reads and draws the present text; resolves when the server has answered for the newest.
+export function redraw(): Promise<void> {
+  again = true;
+  reading ??= (async () => {
+    while (again) {
+      again = false;
+      await read();
+    }
+    reading = null;
+  })();
+  return reading;
+}
+
+// --- undo ---------------------------------------------------------------------------------------------------------------
+
+interface Entry { text: string; selected: number | null; changed: boolean }
+const most_entries = 200;
+let undone: Entry[] = [], done: Entry[] = [];
+const entry = (): Entry => ({ text: store.state.script.text, selected: store.state.script.selected, changed: store.state.script.changed });
+
+/// Remembers the present text, so that undo comes back to it.
+export function remember(): void {
+  done.push(entry());
+  if (done.length > most_entries) done.shift();
+  undone = [];
+}
+
+function go_back(from: Entry[], to: Entry[]): void {
+  const target = from.pop();
+  if (!target) return;
+  to.push(entry());
+  change(target);
+  void redraw();
+}
+export const undo = () => go_back(done, undone);
+export const redo = () => go_back(undone, done);
+
+// --- changes ------------------------------------------------------------------------------------------------------------
+
+/// A text that came from elsewhere: nothing to undo to.
+export function load_text(text: string, changed: boolean): void {
+  done = [];
+  undone = [];
+  change({ text, changed, selected: null, problem: null });
+  void redraw();
+}
+
+let typed_at = 0;
+const one_entry_ms = 1200; // what is typed without a pause is undone together
+
+export function type_text(text: string): void {
+  const now = performance.now();
+  if (now - typed_at > one_entry_ms) remember();
+  typed_at = now;
+  change({ text, changed: true });
+  void redraw();
+}
+
+export function select(index: number | null): void {
+  if (store.state.script.selected === index) return;
+  change({ selected: index });
+  void redraw();
+}
+
+const edited = (): Edit => ({ text: store.state.script.text, steps: store.state.script.steps, task: store.state.snapshot?.task ?? "" });
+
+let edits: Promise<unknown> = Promise.resolve();
+
+/// Cards belong to the text that the server could read; what it could not read is mended in the text first. One after the
+/// other: each edit starts from what the one before has become.
+function guarded(edit: (now: Edit) => string, selected: number | null, keep = true): Promise<void> {
+  const next = edits.then(async () => {
+    if (reading) await reading;
+    const { problem } = store.state.script;
+    if (problem) throw new Error(`The script has an error${problem.line ? ` in line ${problem.line}` : ""}; mend it in the text first.`);
+    const text = edit(edited());
+    if (keep) remember();
+    change({ text, selected, changed: true });
+    await redraw();
+  });
+  edits = next.catch(() => undefined);
+  return next;
+}
+
+export function insert(steps: Step[]): Promise<void> {
+  const { selected, steps: present } = store.state.script;
+  const at = selected === null ? present.length : selected + 1;
+  return guarded((now) => insert_steps(now, at, steps), at + steps.length - 1);
+}
+/// `keep`: an undo comes back to before it; false while a drag goes on.
+export function replace(index: number, step: Step, keep = true): Promise<void> {
+  return guarded((now) => replace_step(now, index, step), index, keep);
+}
+export function remove(index: number): Promise<void> {
+  const { selected, steps } = store.state.script;
+  const next = selected === null ? null : Math.min(selected > index ? selected - 1 : selected, steps.length - 2);
+  return guarded((now) => remove_step(now, index), next !== null && next >= 0 ? next : null);
+}
+export function reorder(from: number, to: number): Promise<void> {
+  if (from === to || to < 0 || to >= store.state.script.steps.length) return Promise.resolve();
+  return guarded((now) => move_step(now, from, to), to);
+}
+
+// --- moves --------------------------------------------------------------------------------------------------------------
+
+/// The same step with the tool elsewhere in the world.
+export function at_world(step: MoveStep, world: Pose): MoveStep {
+  const local = step.base ? compose(inverse(step.base), world) : world;
+  return { ...step, ...local, world };
+}
+export function in_frame(step: MoveStep, frame: NamedFrame): MoveStep {
+  const base: Pose = { position: frame.position, quaternion: frame.quaternion };
+  return { ...at_world({ ...step, base }, step.world!), frame: frame.name, yaw_symmetry: 1 };
+}
+/// Along the tool's own z (into the scene) and turned about the tool's axes through its point.
+export function shifted(step: MoveStep, along_z_m: number): MoveStep {
+  const { position, quaternion } = step.world!;
+  return at_world(step, { position: plus(position, scaled(rotate(quaternion, [0, 0, 1]), along_z_m)), quaternion });
+}
+export function turned(step: MoveStep, axis: Vec3, angle_deg: number): MoveStep {
+  const { position, quaternion } = step.world!;
+  return at_world(step, { position, quaternion: product(quaternion, about(axis, angle_deg)) });
+}
+/// A straight way in from `distance_m` before it.
+export function with_approach(step: MoveStep, distance_m: number): MoveStep[] {
+  return [{ ...shifted(step, -distance_m), path: "planned" }, { ...step, path: "linear" }];
+}
+
+export function selected_move(): { index: number; step: MoveStep } | null {
+  const { selected, steps } = store.state.script;
+  const step = selected === null ? undefined : steps[selected];
+  return step?.kind === "move" && step.world && selected !== null ? { index: selected, step } : null;
+}
+
+// --- when to read and draw anew -----------------------------------------------------------------------------------------
+
+const drafts = new Map<string, string>(); // what was changed for each task, while another one is open
+
+export function start_script(): void {
+  let task = "";
+  const own = async () => {
+    const wanted = store.state.snapshot?.task;
+    if (!wanted) return;
+    const text = await api.script(wanted);
+    const { script, snapshot } = store.state;
+    if (snapshot?.task === wanted && !script.changed && script.text !== text) load_text(text, false);
+  };
+  store.watch((s) => [s.snapshot?.task, s.snapshot?.variation, s.snapshot?.episode, s.connection === "live"] as const, (now, _variation, _episode, live) => {
+    if (!now || !live) return;
+    const { script } = store.state;
+    if (now !== task) {
+      if (task && script.changed) drafts.set(task, script.text);
+      const draft = drafts.get(now);
+      if (draft !== undefined) load_text(draft, true);
+      else if (task) change({ changed: false, text: "", steps: [], selected: null, problem: null });
+      task = now;
+    }
+    if (!store.state.script.changed) void own().catch(report);
+  });
+  // Another placement, or another tab: the waypoints are drawn only where they are edited.
+  store.watch((s) => [s.tab === "record", s.snapshot?.episode, s.connection === "live"] as const, (_shown, _episode, live) => {
+    if (live && store.state.script.text !== "") void redraw();
+  });
+}
+
+export async function load_own(): Promise<void> {
+  const task = store.state.snapshot?.task;
+  if (!task) return;
+  const text = await api.script(task);
+  drafts.delete(task);
+  remember();
+  change({ text, changed: false, selected: null });
+  await redraw();
+}
