@@ -30,7 +30,6 @@ class FolderTask : public Task {
     if (const TaskNode* mean = root_.find("published_keyframes"))
       published_keyframes_ = reader_.number(*mean, "published_keyframes");
     variations_ = read_variations(reader_, name_, reader_.require(root_, "variations"));
-    placement_ = read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), {}), model_.get());
     check_all();
   }
 
@@ -67,7 +66,7 @@ class FolderTask : public Task {
     std::copy_n(model_->eq_active, model_->neq, model->eq_active);
     std::copy_n(model_->eq_data, mjNEQDATA * model_->neq, model->eq_data);
     paint(variables, model);
-    place(placement_, robot_, episode.demonstration, bounds_, arm_, random, model, data);
+    place(placement(variables), robot_, episode.demonstration, bounds_, arm_, random, model, data);
     return episode;
   }
 
@@ -105,6 +104,11 @@ class FolderTask : public Task {
     Variables variables = bound(variation);
     draw_variables(reader_, root_.find("draw"), random, variables);
     return variables;
+  }
+
+  Placement placement(const Variables& variables) const {
+    return read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), variables),
+                          model_.get());
   }
 
   void read_bounds() {
@@ -174,6 +178,7 @@ class FolderTask : public Task {
       const Variables variables = draw(i, random);
       instructions(i);
       paint(variables, scratch.get());
+      placement(variables);
       check_demonstration(variables);
       make_success(reader_, reader_.fill(reader_.require(root_, "success"), variables), model_.get(),
                    data.get());
@@ -190,7 +195,6 @@ class FolderTask : public Task {
   int keyframes_ = 0;
   std::optional<double> published_keyframes_;
   std::vector<Variables> variations_;
-  Placement placement_;
 };
 
 }  // namespace

@@ -20,7 +20,7 @@
 //     button"]}]
 //   colors:                                      materials, in order; later lines win
 //     - {material: button_1_cap, color: "{color_1}"}
-//   placement: …                                 task_placement.h
+//   placement: …                                 task_placement.h; may hold what is bound and drawn
 //   success: …                                   success.h
 //   demonstration: [steps of a waypoint script]  script.h
 //
