@@ -3,10 +3,16 @@
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <set>
 #include <string>
 
@@ -16,6 +22,7 @@ namespace {
 constexpr std::uintmax_t kMost_bytes = 256u << 20;
 constexpr std::size_t kMost_triangles = 1'000'000;
 constexpr int kMost_levels = 64;
+constexpr rlim_t kMost_memory = rlim_t{6} << 30;  ///< of the rehearsal
 
 /// A mesh file may name others (materials, buffers); only those in its own folder are opened.
 class FolderOnly : public Assimp::DefaultIOSystem {
@@ -147,9 +154,37 @@ class Reader {
   TriangleMesh mesh_;
 };
 
+/// Broken files can crash the library or send it round in circles: a child process goes first, and only what
+/// it comes back from is read here.
+void rehearse(const std::filesystem::path& file, const MeshImportOptions& options) {
+  const pid_t child = ::fork();
+  if (child < 0) throw std::runtime_error("no process to read " + file.string() + " in");
+  if (child == 0) {
+    // Some broken files never end; good ones take a second for ten megabytes.
+    std::error_code none;
+    const rlim_t time_s = 3 + std::filesystem::file_size(file, none) / (4u << 20);
+    const rlimit memory{kMost_memory, kMost_memory}, seconds{time_s, time_s}, core{0, 0};
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::setrlimit(RLIMIT_DATA, &memory);
+    ::setrlimit(RLIMIT_CPU, &seconds);
+    ::setrlimit(RLIMIT_CORE, &core);
+    try {
+      Reader(file, options).read();
+    } catch (...) {  // the same will be thrown, and told, when it is read again
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    throw BadMesh(file.string() + ": is broken in a way that its reader does not survive");
+}
+
 }  // namespace
 
 TriangleMesh read_mesh(const std::filesystem::path& file, const MeshImportOptions& options) {
+  rehearse(file, options);
   return Reader(file, options).read();
 }
 

@@ -355,6 +355,34 @@ TEST_F(Objects, ComplaintsNameTheFileAndTheFault) {
       << "nothing is overwritten";
 }
 
+TEST_F(Objects, BrokenFilesAreRefusedOrReadButNeverEndTheProgram) {
+  const TriangleMesh shape = testing::l_shape();
+  unsigned state = 11;
+  const auto random = [&state](std::size_t below) {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<std::size_t>(state >> 8) % below;
+  };
+  int refused = 0;
+  for (const auto& [name, text] : {std::pair{"x.obj", as_obj(shape)},
+                                   {"x.stl", as_stl(shape)},
+                                   {"x.ply", as_ply(shape)},
+                                   {"x.gltf", as_gltf(shape)},
+                                   {"x.dae", as_dae(shape)}}) {
+    for (int i = 0; i < 6; ++i) {
+      std::string broken = text;
+      for (std::size_t k = 0; k < 1 + random(4); ++k)
+        broken[random(broken.size())] = static_cast<char>(random(256));
+      if (i % 3 == 0) broken.resize(random(broken.size()) + 1);
+      try {
+        for (const Vector3d& v : read_mesh(write(name, broken), {}).vertices) ASSERT_TRUE(v.allFinite());
+      } catch (const BadMesh&) {
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 3);
+}
+
 TEST_F(Objects, AFileMayNameOnlyItsNeighbours) {
   const auto inner = folder_.path() / "inner";
   std::filesystem::create_directories(inner);
