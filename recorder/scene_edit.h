@@ -1,6 +1,7 @@
 // What a scene that was not written for flowscope lacks, added to its MJCF.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "recorder/robot.h"
@@ -19,7 +20,9 @@ namespace flowscope {
 std::string completed_scene(const std::string& xml, const mjModel_* scene, const mjModel_* table,
                             const RobotDescription& robot);
 
-/// A URDF with its visual shapes and massless frames kept, unless it says otherwise itself.
-std::string opened_urdf(const std::string& urdf);
+/// A URDF with its visual shapes and massless frames kept, unless it says otherwise itself. Its meshes are
+/// looked for where it names them, from `folder`, or for package:// from there upwards; when one of them is
+/// not there, all are left to MuJoCo, which looks beside the file.
+std::string opened_urdf(const std::string& urdf, const std::filesystem::path& folder);
 
 }  // namespace flowscope

@@ -118,12 +118,20 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   RobotDescription robot = find_robot(call.robot, assets);
   SceneFiles files(assets);
   const ModelPtr table = files.compile(assets / "scenes" / "table.xml");
-  ModelPtr raw = files.compile(call.scene);
   const std::string text = read_text(call.scene);
+  ModelPtr raw;
   if (root_element(text) == "robot") {
+    std::string opened = text;
+    try {
+      opened = opened_urdf(text, call.scene.parent_path());
+    } catch (const std::runtime_error&) {
+      // no XML: MuJoCo says what is wrong with it
+    }
     const auto place = call.scene.parent_path() / "flowscope-opened.urdf";
-    files.add(place.filename().string(), opened_urdf(text));
+    files.add(place.filename().string(), opened);
     raw = files.compile(place);
+  } else {
+    raw = files.compile(call.scene);
   }
   const std::string completed = completed_scene(saved_xml(raw.get()), raw.get(), table.get(), robot);
   // Under a name beside the scene, so that its meshes are found.

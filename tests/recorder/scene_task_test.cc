@@ -163,6 +163,16 @@ TEST_F(Scene, BrokenFilesAreNamed) {
   EXPECT_NE(complaint({missing_mesh, "", ""}).find("part.obj"), std::string::npos);
 }
 
+TEST_F(Scene, AUrdfsMeshesAreFoundWhereItNamesThem) {
+  file("arm/meshes/part.obj", kTetrahedron);
+  for (const std::string name : {"../meshes/part.obj", "package://arm/meshes/part.obj"}) {
+    const auto urdf =
+        file("arm/urdf/arm.urdf", "<robot name='arm'><link name='a'><visual><geometry><mesh filename='" +
+                                      name + "'/></geometry></visual></link></robot>");
+    EXPECT_EQ(open_scene({urdf, "", ""}, kAssets)->model()->nmesh, 1) << name;
+  }
+}
+
 TEST_F(Scene, ADescriptionThatDoesNotFitIsNamed) {
   const auto urdf = file("arm.urdf", arm_urdf());
   std::string text = kArm;
