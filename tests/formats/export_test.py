@@ -200,15 +200,43 @@ class Exports(unittest.TestCase):
         u, v, z = u[inside].round().astype(int), v[inside].round().astype(int), z[inside]
         seen = metres(episode, misc, other, frame)
 
-        def share_met(du, dv):
-            """Of the points that nothing hides, those whose depth stands at their pixel or beside it."""
-            around = np.stack([seen[v + dv + y, u + du + x] for y in (-1, 0, 1) for x in (-1, 0, 1)])
-            in_sight = around[4] > z - 0.01
-            self.assertGreater(in_sight.sum(), 300, other)
-            return (np.abs(around - z).min(axis=0) < 0.01)[in_sight].mean()
-
-        self.assertGreater(share_met(0, 0), 0.96, f"{camera} seen by {other}")
-        for shift in ((2, 0), (-2, 0), (0, 2), (0, -2)):
-            self.assertGreater(share_met(0, 0), share_met(*shift), f"{camera} seen by {other}, moved by {shift} pixels")
+        in_sight = seen[v, u] > z - 0.01  # nothing stands before it
+        u, v, z = u[in_sight], v[in_sight], z[in_sight]
+        self.assertGreater(len(z), 300, other)
+        around = np.stack([seen[v + y, u + x] for y in (-1, 0, 1) for x in (-1, 0, 1)])
+        met = (np.abs(around - z).min(axis=0) < 0.01).mean()
+        self.assertGreater(met, 0.96, f"{camera} seen by {other}")
 
 
+def load_rlbench_demo(path):
+    """The two classes that RLBench brings, standing in for it."""
+    for name in ("rlbench", "rlbench.demo", "rlbench.backend", "rlbench.backend.observation"):
+        sys.modules[name] = types.ModuleType(name)
+    sys.modules["rlbench.demo"].Demo = type("Demo", (), {})
+    sys.modules["rlbench.backend.observation"].Observation = type("Observation", (), {})
+    return pickle.loads(path.read_bytes())
+
+
+def metres(episode, misc, camera, index):
+    packed = png.read(episode / f"{camera}_depth" / f"{index}.png").astype(float)
+    near, far = misc[camera + "_camera_near"], misc[camera + "_camera_far"]
+    return near + (packed @ [65536, 256, 1]) / (2**24 - 1) * (far - near)
+
+
+def rlbench_cloud(depth, extrinsics, intrinsics):
+    rows, columns = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    pixels = np.stack([columns, rows, np.ones_like(rows)], -1) * depth[..., None]
+    world_to_camera = np.linalg.inv(extrinsics)[:3]
+    projection = np.vstack([intrinsics @ world_to_camera, [0, 0, 0, 1]])
+    homogeneous = np.concatenate([pixels, np.ones_like(depth)[..., None]], -1)
+    return (homogeneous @ np.linalg.inv(projection).T)[..., :3]
+
+
+def project(points, misc, camera):
+    matrix = misc[camera + "_camera_intrinsics"] @ np.linalg.inv(misc[camera + "_camera_extrinsics"])[:3]
+    x, y, z = np.moveaxis(points @ matrix[:, :3].T + matrix[:, 3], -1, 0)
+    return x / z, y / z, z
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], "-v"])
