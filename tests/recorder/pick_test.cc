@@ -49,7 +49,8 @@ TEST(Pick, FindsTheButtonsThatThePictureShows) {
 
 TEST(Pick, TellsWhenNothingIsThere) {
   const auto world = world_of("push_buttons");
-  OrbitCamera up;
+  OrbitCamera up;  // above the arm, and looking further up
+  up.lookat = {0, 0, 4};
   up.elevation_deg = 60;
   EXPECT_FALSE(pick(*world, up.model(640, 480), 320, 240));
 }
