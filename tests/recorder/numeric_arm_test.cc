@@ -66,9 +66,6 @@ TEST(NumericArm, RecoversRandomPosesOfTheUr5) {
       EXPECT_TRUE(same_pose(arm.world_from_tool(found[k]), wanted));
       EXPECT_TRUE(arm.limits().contain(found[k]));
       EXPECT_EQ(found[k][6], 0) << "a joint that the arm has not";
-      if (k > 0) {
-        EXPECT_LE(joint_distance(found[k - 1], near), joint_distance(found[k], near));
-      }
       for (std::size_t j = 0; j < k; ++j) EXPECT_GE(joint_distance(found[j], found[k]), 0.05);
     }
   }
