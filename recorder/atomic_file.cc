@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <random>
 #include <string>
@@ -23,6 +22,18 @@ constexpr std::string_view temporary_prefix = ".flowscope-tmp-";
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+/// False when `to` exists; errno says why it failed otherwise.
+bool rename_to_free(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  // Some file systems know no such rename; a hard link does not replace either.
+  if ((errno == EINVAL || errno == ENOSYS) && ::link(from.c_str(), to.c_str()) == 0) {
+    ::unlink(from.c_str());
+    return true;
+  }
+  if (errno == EEXIST) return false;
+  throw_errno(errno, "cannot write " + to.string());
 }
 
 /// A written and synced file that vanishes unless it is given its final name.
@@ -54,16 +65,9 @@ class TemporaryFile {
 
   /// False when the target exists.
   bool become_target() {
-    if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE) == 0) {
-      path_.clear();
-      return true;
-    }
-    if (errno == EEXIST) return false;
-    // Some file systems know no such rename; a hard link does not replace either, and discard() drops the
-    // first name.
-    if ((errno == EINVAL || errno == ENOSYS) && ::link(path_.c_str(), target_.c_str()) == 0) return true;
-    if (errno == EEXIST) return false;
-    throw_errno(errno, "cannot write " + target_.string());
+    if (!rename_to_free(path_, target_)) return false;
+    path_.clear();
+    return true;
   }
 
  private:
@@ -118,13 +122,20 @@ bool write_new_file_atomically(const std::filesystem::path& path, std::span<cons
   return true;
 }
 
-void remove_stale_temporaries(const std::filesystem::path& folder) noexcept {
+bool move_to_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (!rename_to_free(from, to)) return false;
+  sync_folder(to);
+  sync_folder(from);
+  return true;
+}
+
+void remove_stale_temporaries(const std::filesystem::path& folder, std::chrono::seconds age) noexcept {
   try {
-    const auto oldest = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+    const auto oldest = std::filesystem::file_time_type::clock::now() - age;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       std::error_code ignored;
       if (entry.path().filename().string().starts_with(temporary_prefix) &&
-          entry.last_write_time(ignored) < oldest) {
+          entry.last_write_time(ignored) <= oldest) {
         std::filesystem::remove(entry.path(), ignored);
       }
     }

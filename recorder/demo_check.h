@@ -8,7 +8,8 @@
 namespace flowscope {
 
 /// The first thing that is wrong, with its place; empty when nothing is: times and keyframes ascend, the last
-/// keyframe is the last frame, rotations are unit quaternions, numbers are finite, every picture shows
+/// keyframe is the last frame, rotations are unit quaternions, numbers are finite, joints travel as far as
+/// their recorded speeds take them, keyframes lie in (or hardly outside) the task's box, every picture shows
 /// something.
 std::string find_incoherence(const Demo& demo);
 

@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "recorder/sha256.h"
+
 namespace flowscope {
 namespace {
 
@@ -117,6 +119,15 @@ void unpack_states(std::span<const std::uint8_t> packed, const StateLayout& layo
       reader.get_all<typename std::decay_t<decltype(part)>::value_type>(part);
     });
   }
+}
+
+std::string states_sha256(const std::vector<Frame>& frames) {
+  Bytes all;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Bytes bytes = to_bytes(frames[i].state, i);
+    all.insert(all.end(), bytes.begin(), bytes.end());
+  }
+  return sha256_hex(all);
 }
 
 }  // namespace flowscope

@@ -1,6 +1,7 @@
 // The simulator's states inside a demonstration file.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "recorder/bytes.h"
@@ -18,5 +19,9 @@ std::uint64_t pack_states(const std::vector<Frame>& frames, StateLayout& layout,
 /// Fills the states of `frames`. Throws std::exception when the block is damaged.
 void unpack_states(std::span<const std::uint8_t> packed, const StateLayout& layout,
                    std::vector<Frame>& frames);
+
+/// Fingerprint of the states alone: two demonstrations with the same one show the same motion. Throws
+/// std::invalid_argument like pack_states.
+std::string states_sha256(const std::vector<Frame>& frames);
 
 }  // namespace flowscope

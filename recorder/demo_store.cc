@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <map>
 
 #include "recorder/atomic_file.h"
 #include "recorder/demo_check.h"
 #include "recorder/demo_file.h"
+#include "recorder/demo_states.h"
 
 namespace flowscope {
 namespace {
@@ -107,11 +109,41 @@ Demo DemoStore::load_keyframes(const std::string& id) const {
 }
 
 void DemoStore::remove(const std::string& id) const {
-  if (!std::filesystem::remove(path(id))) throw_unknown(path(id));
+  if (!std::filesystem::exists(path(id))) throw_unknown(path(id));
+  bin().put(path(id));
+}
+
+std::string DemoStore::restore(const std::string& id_or_name) const {
+  const auto file = bin().find(id_or_name);
+  if (!file) {
+    throw std::out_of_range("no demonstration \"" + id_or_name + "\" in the bin of " +
+                            dir_.parent_path().string());
+  }
+  const std::string id = file->stem().stem().string();
+  while (!move_to_new_name(*file, path(id))) bin().put(path(id));
+  return id;
+}
+
+void DemoStore::replace(const std::string& id, const Demo& demo) const {
+  if (!std::filesystem::exists(path(id))) throw_unknown(path(id));
+  const Bytes bytes = encode_demo(demo);
+  bin().put_copy(path(id));
+  write_file_atomically(path(id), bytes);
+}
+
+std::string DemoStore::adopt(const Bytes& bytes, const std::string& wanted_id) const {
+  decode_demo(bytes, path(wanted_id), DemoParts::all);
+  std::string id = wanted_id;
+  for (int number = 2; !write_new_file_atomically(path(id), bytes); ++number) {
+    const std::string ending = "-" + std::to_string(number);
+    id = wanted_id.substr(0, max_id_length - ending.size()) + ending;
+  }
+  return id;
 }
 
 std::vector<DemoProblem> DemoStore::check(int* checked) const {
   std::vector<DemoProblem> problems;
+  std::map<std::string, std::string> by_states;  // fingerprint to the first id that has it
   const std::vector<std::filesystem::path> files = demo_files(dir_);
   for (const std::filesystem::path& file : files) {
     const std::string id = file.stem().string();
@@ -120,7 +152,12 @@ std::vector<DemoProblem> DemoStore::check(int* checked) const {
       continue;
     }
     try {
-      const std::string problem = find_incoherence(decode_demo(read_demo_bytes(file), file, DemoParts::all));
+      const Demo demo = decode_demo(read_demo_bytes(file), file, DemoParts::all);
+      std::string problem = find_incoherence(demo);
+      if (problem.empty()) {
+        const auto [first, is_new] = by_states.emplace(states_sha256(demo.frames), id);
+        if (!is_new) problem = "holds the same states as " + first->second;
+      }
       if (!problem.empty()) problems.push_back({id, file.string() + ": " + problem});
     } catch (const BadDemo& error) {
       problems.push_back({id, error.what()});

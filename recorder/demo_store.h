@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "recorder/demo.h"
+#include "recorder/demo_bin.h"
 
 namespace flowscope {
 
@@ -37,9 +38,19 @@ class DemoStore {
   Demo load(const std::string& id) const;
   /// Without frames' states and only what training needs: much smaller in memory.
   Demo load_keyframes(const std::string& id) const;
+  /// Moves it into the bin. Throws std::out_of_range for an unknown id.
   void remove(const std::string& id) const;
+  /// Brings back from the bin what was removed last under `id` (or one BinEntry::name) and returns the id.
+  /// What the store has under that id meanwhile takes its place in the bin. Throws std::out_of_range.
+  std::string restore(const std::string& id_or_name) const;
+  /// Puts `demo` in the place of `id`, whose file goes into the bin. Like save() in all else.
+  void replace(const std::string& id, const Demo& demo) const;
+  /// Takes in a whole file of another store, byte for byte, under `wanted_id` or, when that is taken, under
+  /// one with a free number; returns the id. Throws BadDemo when the bytes are not a demonstration.
+  std::string adopt(const std::vector<std::uint8_t>& bytes, const std::string& wanted_id) const;
+  DemoBin bin() const { return DemoBin(dir_.parent_path() / "bin"); }
   /// Verifies every checksum and that the content is coherent (finite numbers, keyframes in order, no
-  /// constant picture).
+  /// constant picture, positions that agree with speeds) and that no two hold the same states.
   std::vector<DemoProblem> check(int* checked = nullptr) const;
   std::filesystem::path path(const std::string& id) const;
 
