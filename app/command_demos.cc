@@ -23,6 +23,21 @@ void require_known_ids(const DemoStore& store, const std::vector<std::string>& i
   }
 }
 
+void add_which_option(CLI::App& command, WhichDemos& which) {
+  command.add_option("ids", which.ids, "Which ones")->type_name("ID");
+  command.add_flag("--all", which.all, "All of them");
+}
+
+std::vector<std::string> ids_of(const WhichDemos& which, const DemoStore& store, const Context& context) {
+  if (which.all == !which.ids.empty()) throw UsageError("ID: name demonstrations, or give --all");
+  require_known_ids(store, which.ids, context);
+  std::vector<std::string> ids = which.ids;
+  if (which.all) {
+    for (const DemoInfo& info : store.list()) ids.push_back(info.id);
+  }
+  return ids;
+}
+
 void add_demos_command(CLI::App& root, Context& context) {
   CLI::App* demos = root.add_subcommand("demos", "Look at demonstrations and look after them");
   demos->require_subcommand(1);
@@ -30,6 +45,11 @@ void add_demos_command(CLI::App& root, Context& context) {
   add_demos_check(*demos, context);
   add_demos_delete(*demos, context);
   add_demos_exchange(*demos, context);
+  add_demos_stats(*demos, context);
+  add_demos_trim(*demos, context);
+  add_demos_merge(*demos, context);
+  add_demos_replay(*demos, context);
+  add_demos_render(*demos, context);
 }
 
 }  // namespace flowscope::app

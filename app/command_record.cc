@@ -10,6 +10,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/data_lock.h"
 #include "app/progress.h"
 #include "app/scene_options.h"
 #include "recorder/demo_store.h"
@@ -119,6 +120,7 @@ int record(const RecordCall& call, const Context& context) {
   const std::vector<int> variations = variations_of(call, *task);
   std::optional<Script> script;
   if (!call.script.empty()) script = read_script(call.script, task->name());
+  const FileLock lock = lock_data(context.data, "record " + task->name());
   const DemoStore store(context.data);
   World world(task);
   Renderer renderer(task->model(), task->name());

@@ -11,6 +11,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/data_lock.h"
 #include "app/scene_options.h"
 #include "app/studio.h"
 #include "web/server.h"
@@ -71,6 +72,8 @@ int serve(const ServeCall& call, const Context& context) {
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
+  const FileLock data_lock = lock_data(context.data, "serve");
+  const FileLock policy_lock = lock_policy(context.data / "policies" / "live.flow", "serve");
   std::unique_ptr<Studio> studio;
   try {
     studio = std::make_unique<Studio>(studio_options);

@@ -10,6 +10,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
+#include "app/data_lock.h"
 #include "app/mpi_exchange.h"
 #include "app/training_set.h"
 #include "policy/trainer.h"
@@ -122,6 +123,7 @@ int train_with(const TrainCall& call, const Context& context,
   const auto trainer = make_trainer(call, exchange);
   const int demos = add_demonstrations(*trainer, store, call.tasks);
   if (demos == 0) throw UsageError("--data " + context.data.string() + ": no demonstrations to learn from");
+  const auto lock = first ? std::optional(lock_policy(call.policy, "train")) : std::nullopt;
   if (first) std::fprintf(stderr, "training on %d demonstrations\n", demos);
   if (first && exchange->size() > 1) std::fprintf(stderr, "in %d processes\n", exchange->size());
 

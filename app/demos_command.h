@@ -31,9 +31,23 @@ auto with_known_id(Action&& action) {
 /// All ids first: a mistyped one must not leave half of the work done. Throws UsageError.
 void require_known_ids(const DemoStore& store, const std::vector<std::string>& ids, const Context& context);
 
+/// ID… or --all, for commands that work through several.
+struct WhichDemos {
+  std::vector<std::string> ids;
+  bool all = false;
+};
+void add_which_option(CLI::App& command, WhichDemos& which);
+/// Throws UsageError when neither or both were given, or an id is unknown.
+std::vector<std::string> ids_of(const WhichDemos& which, const DemoStore& store, const Context& context);
+
 void add_demos_list(CLI::App& demos, Context& context);      ///< list, show
 void add_demos_check(CLI::App& demos, Context& context);     ///< check
-void add_demos_delete(CLI::App& demos, Context& context);    ///< delete
+void add_demos_delete(CLI::App& demos, Context& context);    ///< delete, restore, bin
+void add_demos_trim(CLI::App& demos, Context& context);      ///< trim
+void add_demos_merge(CLI::App& demos, Context& context);     ///< merge
+void add_demos_stats(CLI::App& demos, Context& context);     ///< stats
+void add_demos_replay(CLI::App& demos, Context& context);    ///< replay
+void add_demos_render(CLI::App& demos, Context& context);    ///< render
 void add_demos_exchange(CLI::App& demos, Context& context);  ///< export, import
 
 }  // namespace flowscope::app

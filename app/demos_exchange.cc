@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/data_lock.h"
 #include "app/demos_command.h"
 #include "app/exchange.h"
 #include "app/progress.h"
@@ -89,6 +90,7 @@ int export_chosen(const ExportCall& call, const Context& context) {
 
 int import_all(const Place& place, const Context& context) {
   place.require_one();
+  const FileLock lock = lock_data(context.data, "demos import");
   const DemoStore store(context.data);
   std::vector<std::string> ids;
   try {

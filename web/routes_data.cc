@@ -18,7 +18,7 @@ void add_data_routes(std::vector<Route>& routes, Backend& backend) {
                     "", "DemoDetail", [&backend](const Request& request) {
                       return json_response(wire::demo_detail(backend.demo(request.param("id"))));
                     }});
-  routes.push_back({"DELETE", "/api/v1/demos/{id}", "Removes a demonstration", Lane::quick, "", "",
+  routes.push_back({"DELETE", "/api/v1/demos/{id}", "Moves a demonstration to the bin", Lane::quick, "", "",
                     [&backend](const Request& request) {
                       backend.remove_demo(request.param("id"));
                       return no_content();

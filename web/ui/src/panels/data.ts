@@ -25,7 +25,7 @@ function card(demo: DemoInfo, selected: boolean): HTMLElement {
 function remove_button(demo: DemoInfo): HTMLElement {
   const box = h("span", { class: "row" });
   const ask = h("button", { type: "button", "data-testid": "demo-delete", onclick: () => {
-    fill(box, h("span", {}, "Delete for good?"), sure, back);
+    fill(box, h("span", {}, "Move to the bin?"), sure, back);
     back.focus();
   } }, "Delete…");
   const sure = h("button", { type: "button", class: "danger", "data-testid": "demo-delete-confirm",
@@ -33,7 +33,7 @@ function remove_button(demo: DemoInfo): HTMLElement {
       await api.remove_demo(demo.id);
       store.set({ selected_demo: null });
       await refresh_demos();
-      inform(`Demonstration ${demo.id} deleted.`);
+      inform(`Demonstration ${demo.id} moved to the bin.`);
     }, sure) }, "Delete");
   const back = h("button", { type: "button", onclick: () => fill(box, ask) }, "Keep");
   fill(box, ask);
