@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -24,7 +25,9 @@ constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop
 constexpr double kWithdraw_m = 0.03;
 constexpr double kLinearCheck_rad = 0.01;
 constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
-constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
+/// How far corners may be cut, the roundest first; at none the arm would stop at each.
+constexpr std::array kCorners_rad{0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
+constexpr double kLookAhead_rad = 0.04;  ///< of motions that are only being considered
 
 template <typename... Args>
 std::string text(const char* format, Args... args) {
@@ -265,7 +268,7 @@ class Mover {
   MotionResult timed(const JointPath& path, const IsFree& is_free, CollisionChecker& checker,
                      JointPath& targets) const {
     std::optional<JointVector> hit;
-    for (const double corner_rad : {0.1, 0.03, 0.01, 0.0}) {
+    for (const double corner_rad : kCorners_rad) {
       targets = timed_targets(path, world_.task().robot().limits, corner_rad);
       hit = first_collision(targets, is_free);
       if (!hit) return {};
