@@ -93,12 +93,13 @@ TEST_F(ChangedTask, AFailureNamesVariationSeedAndReason) {
 }
 
 TEST_F(ChangedTask, AKeyframeOutsideTheBoundsIsNamed) {
-  change("max: [0.366, 0.436, 1.229]", "max: [0.366, 0.436, 1.000]");
+  change("demonstration:\n",
+         "demonstration:\n  - move: {frame: tool, position: [0, 0, -0.05], rpy_deg: [0, 0, 0]}\n");
   const json task = checked(1);
   EXPECT_EQ(task.at("successes"), 2);
   const json& outside = task.at("outside").at(0);
-  EXPECT_EQ(outside.at("seed"), 21);
-  EXPECT_TRUE(contains(outside.at("reason"), "keyframe 1 lies (0.0, 0.0, ")) << outside.dump();
+  EXPECT_EQ(outside.at("seed"), 20);
+  EXPECT_TRUE(contains(outside.at("reason"), "mm outside the bounds")) << outside.dump();
 }
 
 TEST_F(ChangedTask, ItsDemonstrationsAreExportedWithItsFolderNamed) {

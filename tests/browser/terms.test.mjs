@@ -60,7 +60,7 @@ describe("terms, canned", { skip: missing("FLOWSCOPE_FAKE"), timeout: patience }
 describe("detectors in the picture", { skip: missing("FLOWSCOPE_BIN"), timeout: patience }, () => {
   let program, browser, page, at, complaints;
   before(async () => {
-    program = await start(process.env.FLOWSCOPE_BIN, ["serve", "--port", "0", "--data", "{data}", "--task", "put_item_in_drawer"]);
+    program = await start(process.env.FLOWSCOPE_BIN, ["serve", "--port", "0", "--data", "{data}", "--task", "slide_block_to_color_target"]);
     browser = await open_browser();
     ({ page, at, complaints } = await open_page(browser, { url: program.url }));
   });
