@@ -26,7 +26,7 @@ constexpr double kWithdraw_m = 0.03;
 constexpr double kLinearCheck_rad = 0.01;
 constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
 /// How far corners may be cut, the roundest first; at none the arm would stop at each.
-constexpr std::array kCorners_rad{0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
+constexpr std::array kCorners_rad{0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
 constexpr double kLookAhead_rad = 0.04;  ///< of motions that are only being considered
 
 template <typename... Args>

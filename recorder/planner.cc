@@ -107,23 +107,14 @@ void shorten(JointPath& path, const IsFree& is_free, std::mt19937_64& random) {
   }
 }
 
-/// Cuts corners (Chaikin) where the cut is free, so that the arm can pass them without stopping.
-void round_corners(JointPath& path, const IsFree& is_free) {
-  for (int pass = 0; pass < 3; ++pass) {
-    if (path.size() < 3) return;
-    JointPath rounder{path.front()};
-    for (std::size_t i = 1; i + 1 < path.size(); ++i) {
-      const JointVector before = joints_between(path[i], path[i - 1], 0.25),
-                        after = joints_between(path[i], path[i + 1], 0.25);
-      if (segment_is_free(before, after, is_free, kShortcutResolution_rad)) {
-        rounder.push_back(before);
-        rounder.push_back(after);
-      } else {
-        rounder.push_back(path[i]);
-      }
+/// Leaves out corners that the straight line past them does not need: what random places leave behind.
+void drop_corners(JointPath& path, const IsFree& is_free) {
+  for (std::size_t i = 1; i + 1 < path.size();) {
+    if (segment_is_free(path[i - 1], path[i + 1], is_free, kShortcutResolution_rad)) {
+      path.erase(path.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
     }
-    rounder.push_back(path.back());
-    path = std::move(rounder);
   }
 }
 
@@ -151,7 +142,7 @@ class Search {
       if (!path_is_free(found, is_free, kFinalResolution_rad)) continue;
       JointPath path = found;
       shorten(path, is_free, random_);
-      round_corners(path, is_free);
+      drop_corners(path, is_free);
       return {PlanOutcome::solved, path_is_free(path, is_free, kFinalResolution_rad) ? path : found};
     }
     return {outcome_, {}};

@@ -28,7 +28,7 @@ struct Plan {
 };
 
 /// `goals` in order of preference, each free. A straight line to one of them is taken when it is free; else
-/// two trees are grown, the path found is shortened, its corners are rounded, and it is checked again at
+/// two trees are grown, the path found is shortened, and it is checked again at
 /// 16 times finer resolution than the search's. The result depends on the arguments only, never on time or on
 /// earlier calls. Whatever `is_free` throws comes out here.
 Plan plan_joint_path(const JointVector& start, const std::vector<JointVector>& goals,
