@@ -94,7 +94,7 @@ TEST_F(ChangedTask, AFailureNamesVariationSeedAndReason) {
 
 TEST_F(ChangedTask, AKeyframeOutsideTheBoundsIsNamed) {
   change("demonstration:\n",
-         "demonstration:\n  - move: {frame: tool, position: [0, 0, -0.05], rpy_deg: [0, 0, 0]}\n");
+         "demonstration:\n  - move: {frame: tool, position: [0, 0, 0.05], rpy_deg: [0, 0, 0]}\n");
   const json task = checked(1);
   EXPECT_EQ(task.at("successes"), 2);
   const json& outside = task.at("outside").at(0);
