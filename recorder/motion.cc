@@ -223,14 +223,10 @@ class Mover {
       return {};
     }
     CollisionChecker checker(world_);
-    IsFree is_free = [&](const JointVector& q) { return checker.is_clear(q); };
+    const IsFree is_free = [&](const JointVector& q) { return checker.is_clear(q); };
     const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
     if (retreat.size() > 1) checker.forget_start();
-    std::vector<JointVector> goals = choose_goals(postures, is_free, checker);
-    if (goals.empty()) {  // where things stand close together free must do
-      is_free = [&](const JointVector& q) { return checker.is_free(q); };
-      goals = choose_goals(postures, is_free, checker);
-    }
+    const std::vector<JointVector> goals = choose_goals(postures, is_free, checker);
     if (goals.empty()) {
       return failed(
           MotionFailure::in_collision,
@@ -261,7 +257,7 @@ class Mover {
     path.insert(path.end(), plan.begin() + 1, plan.end());
     CollisionChecker checker(world_);
     return timed(
-        path, [&](const JointVector& q) { return checker.is_free(q); }, checker, targets);
+        path, [&](const JointVector& q) { return checker.is_clear(q); }, checker, targets);
   }
 
   /// With corners as round as the room around them allows.
