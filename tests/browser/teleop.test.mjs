@@ -279,7 +279,7 @@ describe("teleoperation in the browser", { skip: missing("FLOWSCOPE_BIN"), timeo
     await until(async () => (await api("state")).success, "the button pressed by hand");
     await until(() => at("save-session").isEnabled(), "the offer to save it");
     // The key asks first while the page has not heard of the success.
-    await until(() => at("term").evaluateAll((terms) => terms.every((term) => term.dataset.met === "true")), "the success in the page");
+    await until(() => at("term").evaluateAll((terms) => terms.length > 0 && terms.every((term) => term.dataset.met === "true")), "the success in the page");
     await keep_shot(page, "teleop-by-hand");
     const { seed } = await api("state");
     await page.keyboard.press("n");
