@@ -9,6 +9,7 @@
 #include "app/trace_store.h"
 #include "policy/policy.h"
 #include "recorder/demo_store.h"
+#include "recorder/utc_time.h"
 #include "web/wire.h"
 
 namespace flowscope::app {

@@ -9,6 +9,7 @@
 #include "app/failure_overlay.h"
 #include "app/studio.h"
 #include "app/trace_overlay.h"
+#include "recorder/utc_time.h"
 #include "render/encode.h"
 
 namespace flowscope {

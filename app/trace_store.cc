@@ -2,26 +2,17 @@
 
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "recorder/atomic_file.h"
+#include "recorder/utc_time.h"
 #include "web/wire.h"
 
 namespace flowscope {
 
 using web::ApiError;
 using web::TraceEntry;
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 void write_trace_file(const std::filesystem::path& file, const std::vector<FlowTrace>& traces) {
   web::wire::Json document = web::wire::Json::array();

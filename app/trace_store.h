@@ -41,8 +41,6 @@ class TraceStore {
 };
 
 web::TraceEntry entry_of(const FlowTrace& trace);
-/// Now, ISO 8601 in UTC.
-std::string utc_now();
 /// Writes the contract's trace document (an array when there are several). Throws std::system_error naming
 /// the file.
 void write_trace_file(const std::filesystem::path& file, const std::vector<FlowTrace>& traces);

@@ -6,24 +6,16 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "recorder/utc_time.h"
+
 namespace flowscope {
 namespace {
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 /// Who holds the lock, in its own words. The holder writes them just after it has taken the lock.
 std::string holder_of(const std::filesystem::path& path) {
@@ -69,7 +61,7 @@ int take(const std::filesystem::path& path, const std::string& thing) {
 FileLock::FileLock(std::filesystem::path path, const std::string& thing, const std::string& command)
     : path_(std::move(path)), file_(take(path_, thing)) {
   const std::string who =
-      command + " (process " + std::to_string(::getpid()) + ", since " + now_utc() + ")\n";
+      command + " (process " + std::to_string(::getpid()) + ", since " + utc_now() + ")\n";
   // Only words for whoever comes second: on a full disk they are missing and the lock holds all the same.
   if (::ftruncate(file_, 0) != 0 || ::write(file_, who.data(), who.size()) < 0) return;
 }

@@ -5,24 +5,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 
 #include "recorder/keyframes.h"
 #include "recorder/script_poses.h"
+#include "recorder/utc_time.h"
 
 namespace flowscope {
 namespace {
 
 constexpr int kPatience_frames = 10;  ///< after the last step: a released object may still have to fall
-
-std::string now_utc() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char buffer[32];
-  std::strftime(buffer, sizeof buffer, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return buffer;
-}
 
 std::string false_terms(const World& world) {
   std::string text;
@@ -149,7 +140,7 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<
   demo.info.seed = episode.seed;
   demo.instructions = episode.instructions;
   if (!demo.instructions.empty()) demo.info.instruction = demo.instructions.front();
-  demo.info.created = now_utc();
+  demo.info.created = utc_now();
   demo.simulator = std::string("MuJoCo ") + mj_versionString();
   demo.bounds = world.task().bounds();
   demo.start = observe(frames.front().state);
