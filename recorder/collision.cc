@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTolerance_m = 0.001, kClear_m = 0.0005;
+constexpr double kTolerance_m = 0.001;
 
 std::string name_of(const mjModel* model, int geom) {
   // Bodies are what people know; a geom's name is the finer word where the body is the world itself.
@@ -171,7 +171,7 @@ CollisionChecker::CollisionChecker(const World& world) : impl_(std::make_unique<
 CollisionChecker::~CollisionChecker() = default;
 
 bool CollisionChecker::is_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m); }
-bool CollisionChecker::is_clear(const JointVector& q) { return impl_->is_free(q, kClear_m); }
+bool CollisionChecker::is_clear(const JointVector& q, double depth_m) { return impl_->is_free(q, depth_m); }
 bool CollisionChecker::links_are_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m, true); }
 bool CollisionChecker::touches_at_start() const { return impl_->touched; }
 
@@ -185,7 +185,7 @@ std::string CollisionChecker::describe(const JointVector& q) {
   const Impl::Pair* worst = nullptr;
   double worst_excess = 0;
   for (const auto& pair : impl_->pairs) {
-    const double excess = impl_->excess(pair, kClear_m);
+    const double excess = impl_->excess(pair, clear_depth_m);
     if (excess > worst_excess) worst = &pair, worst_excess = excess;
   }
   if (!worst) return "";

@@ -28,9 +28,10 @@ class CollisionChecker {
   CollisionChecker& operator=(const CollisionChecker&) = delete;
 
   bool is_free(const JointVector& q);
-  /// Stricter by half of that millimetre: what planning asks for, so that a path which is clear at one
-  /// resolution is free at finer ones.
-  bool is_clear(const JointVector& q);
+  /// Stricter than that millimetre: what planning asks for, so that a path which is clear at one resolution
+  /// is free at finer ones.
+  bool is_clear(const JointVector& q, double depth_m = clear_depth_m);
+  static constexpr double clear_depth_m = 0.0005;
   /// As is_free, for the arm's links alone: a hand that shall touch things must not push the arm into others.
   bool links_are_free(const JointVector& q);
   /// Whether a moving part touches something other than what the hand holds, as the world stands.
