@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "recorder/collision.h"
+#include "recorder/frame_time.h"
 #include "recorder/trajectory.h"
 #include "recorder/world.h"
 
@@ -24,9 +25,8 @@ constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer 
 constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
 /// How far corners may be cut, the roundest first; at none the arm would stop at each.
 constexpr std::array kCorners_rad{0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
-constexpr double kRound_rad =
-    0.003;                    ///< a corner that is passed clearly faster than the keyframe rule's stop
-constexpr int kSearches = 4;  ///< for a path whose corners can be rounded
+constexpr double kSlow_rad_s = 0.2;  ///< clearly faster than what the keyframe rule takes for a stop
+constexpr int kSearches = 4;         ///< for a path on which the arm need not stop
 constexpr std::uint64_t kSearchSeeds = 0x9e3779b97f4a7c15;
 
 template <typename... Args>
@@ -204,22 +204,37 @@ class MovePlanner {
     Commanded best;
     for (int search = 0; search < kSearches; ++search) {
       Commanded found = searched(search);
-      if (search == 0 || found.corner_rad > best.corner_rad) best = std::move(found);
-      if (!best.another_may_be_better) break;
+      if (search == 0 || found.fit > best.fit) best = std::move(found);
+      if (best.fit == Fit::none || best.fit == Fit::smooth) break;
     }
     targets = std::move(best.targets);
     return best.result;
   }
 
+  enum class Fit { none, too_narrow, with_stops, smooth };
   /// One path, as it would be commanded.
   struct Commanded {
     MotionResult result;
     JointPath targets;
-    double corner_rad = -1;  ///< how far its corners are cut; negative when it failed
-    bool another_may_be_better = false;
+    Fit fit = Fit::none;
   };
   static Commanded no_path(MotionFailure failure, std::string message) {
     return {failed(failure, std::move(message)), {}};
+  }
+
+  /// Whether the arm nearly rests between two faster stretches: at a corner without room, or where the path
+  /// turns back.
+  bool stops_on_the_way(const JointPath& targets) const {
+    bool was_fast = false, slowed = false;
+    JointVector from = start_;
+    for (const auto& to : targets) {
+      const bool fast = joint_distance(from, to) > kSlow_rad_s * frame_s;
+      if (fast && slowed) return true;
+      slowed = was_fast && !fast;
+      was_fast = was_fast || fast;
+      from = to;
+    }
+    return false;
   }
 
   /// Every search but the first keeps clear of things, so that the next path lies where corners have room.
@@ -269,15 +284,15 @@ class MovePlanner {
     std::optional<JointVector> hit;
     for (const double corner_rad : kCorners_rad) {
       found.targets = timed_targets(path, world_.task().robot().limits, corner_rad);
-      found.corner_rad = corner_rad;
-      found.another_may_be_better = path.size() > 2 && corner_rad < kRound_rad;
       hit = first_collision(found.targets, is_free);
-      if (!hit) return found;
+      if (hit) continue;
+      found.fit = stops_on_the_way(found.targets) ? Fit::with_stops : Fit::smooth;
+      return found;
     }
     found =
         no_path(MotionFailure::in_collision,
                 "the path to " + goal_text() + " is too narrow to be followed: " + checker.describe(*hit));
-    found.another_may_be_better = true;
+    found.fit = Fit::too_narrow;
     return found;
   }
 

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "recorder/frame_time.h"
 #include "recorder/kinematics.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
@@ -17,7 +18,6 @@
 namespace flowscope {
 namespace {
 
-constexpr double kFrame_s = 0.05;
 constexpr double kLongestStep_s = 0.005;
 
 class NoTerms : public SuccessCheck {
@@ -36,8 +36,8 @@ class SceneTask : public Task {
         robot_(std::move(robot)),
         start_(std::move(start)) {
     // A recorded frame is a whole number of physics steps.
-    const double steps = std::ceil(kFrame_s / std::min(model_->opt.timestep, kLongestStep_s) - 1e-9);
-    model_->opt.timestep = kFrame_s / steps;
+    const double steps = std::ceil(frame_s / std::min(model_->opt.timestep, kLongestStep_s) - 1e-9);
+    model_->opt.timestep = frame_s / steps;
     if (!robot_.joints.empty()) Kinematics::from_model(model_.get(), robot_);
     WorldRobot(model_.get(), robot_);
   }

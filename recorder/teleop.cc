@@ -5,12 +5,12 @@
 #include <cstdio>
 
 #include "recorder/collision.h"
+#include "recorder/frame_time.h"
 #include "recorder/kinematics.h"
 
 namespace flowscope {
 namespace {
 
-constexpr double kFrame_s = 0.05;
 constexpr double kSpeedUp = 0.8, kSlowDown = 2.5;  ///< m/s^2
 constexpr double kSpinUp = 4, kSpinDown = 12;      ///< rad/s^2
 constexpr double kLag_m = 0.015;      ///< the tool this far behind what it was told is being held back
@@ -104,8 +104,8 @@ struct Jogger::Impl {
 
   /// The longest part of a frame's way that the joints can go; empty when there is none.
   std::optional<JointVector> next(Pose& pose) const {
-    const double most = world.task().robot().limits.velocity * kFrame_s;
-    double seconds = kFrame_s;
+    const double most = world.task().robot().limits.velocity * frame_s;
+    double seconds = frame_s;
     for (int i = 0; i <= kHalvings; ++i, seconds /= 2) {
       pose = moved(seconds);
       const auto solved = kinematics.follow(pose, q, posture);
@@ -154,8 +154,8 @@ JogStep Jogger::step(const JogCommand& command) {
     me.linear = linear;
     me.angular = angular;
   } else {
-    me.linear = ramped(me.linear, linear, kSpeedUp * kFrame_s, kSlowDown * kFrame_s);
-    me.angular = ramped(me.angular, angular, kSpinUp * kFrame_s, kSpinDown * kFrame_s);
+    me.linear = ramped(me.linear, linear, kSpeedUp * frame_s, kSlowDown * frame_s);
+    me.angular = ramped(me.angular, angular, kSpinUp * frame_s, kSpinDown * frame_s);
   }
   if (me.linear.isZero() && me.angular.isZero()) {
     me.stuck = false;

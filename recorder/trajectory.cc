@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recorder/frame_time.h"
 #include "recorder/time_law.h"
 
 namespace flowscope {
 namespace {
 
-constexpr double kFrame_s = 0.05;
 constexpr double kLineStep_m = 0.004, kLineStep_rad = 0.02;
 constexpr int kLineEnds = 96;  ///< values of q7 at a line's end: most lead out of some joint's limits
 constexpr double kLargestJump_rad = 0.12;  ///< between two points of a line; a change of branch is far more
@@ -40,7 +40,7 @@ JointPath timed_targets(const JointPath& path, const MotionLimits& limits, doubl
   const TimeLaw law(rounded, limits);
   if (law.duration_s() <= 0) return {};
   // A whole number of frames: a little slower than the limits would allow.
-  const int frames = std::max(1, static_cast<int>(std::ceil(law.duration_s() / kFrame_s - 1e-9)));
+  const int frames = std::max(1, static_cast<int>(std::ceil(law.duration_s() / frame_s - 1e-9)));
   JointPath targets;
   for (int frame = 1; frame < frames; ++frame) {
     targets.push_back(rounded.at(law.at(law.duration_s() * frame / frames)));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "recorder/frame_time.h"
 #include "recorder/task_placement.h"
 #include "recorder/world_robot.h"
 #include "render/mujoco_guard.h"
@@ -14,7 +15,6 @@
 namespace flowscope {
 namespace {
 
-constexpr double kFrame = 0.05;  ///< seconds of physics in a recorded frame
 constexpr int kSettleFrames = 10;
 constexpr double kOpenThreshold = 0.95;  ///< of the full opening
 
@@ -65,7 +65,7 @@ struct World::Impl {
     model.reset(mj_copyModel(nullptr, task->model()));
     data.reset(mj_makeData(model.get()));
     if (!model || !data) throw std::runtime_error("no memory for the scene of " + task->name());
-    steps_per_frame = static_cast<int>(std::lround(kFrame / model->opt.timestep));
+    steps_per_frame = static_cast<int>(std::lround(frame_s / model->opt.timestep));
   }
 
   /// Everything that follows from positions, up to date with them (a physics step leaves it one step behind).
@@ -100,7 +100,7 @@ struct World::Impl {
       const double part = static_cast<double>(k) / steps_per_frame;
       for (std::size_t i = 0; i < 7; ++i) {
         now[i] = k == steps_per_frame ? target[i] : from[i] + part * (target[i] - from[i]);
-        speed[i] = (target[i] - from[i]) / kFrame;
+        speed[i] = (target[i] - from[i]) / frame_s;
       }
       step(now, speed, openness);
       if (judged) judge();
