@@ -2,45 +2,22 @@
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <memory>
 #include <string>
 
 #include "recorder/success_overlap.h"
-#include "render/mujoco_owners.h"
+#include "tests/support/tiny_model.h"
 
 namespace flowscope {
 namespace {
 
-ModelPtr compile(const std::string& body) {
-  const std::string path = testing::TempDir() + "success_scene_" + std::to_string(::getpid()) + ".xml";
-  std::ofstream(path) << "<mujoco><compiler angle='radian'/><asset>"
-                         "<material name='lamp' rgba='1 0 0 1'/>"
-                         "<mesh name='pyramid' vertex='0 0 0  .1 0 0  0 .1 0  0 0 .1'/></asset><worldbody>"
-                      << body << "</worldbody></mujoco>";
-  char error[500] = "";
-  ModelPtr model(mj_loadXML(path.c_str(), nullptr, error, sizeof error));
-  std::remove(path.c_str());
-  EXPECT_TRUE(model) << error;
-  return model;
-}
-
-DataPtr make_data(const mjModel* model) {
-  DataPtr data(mj_makeData(model));
-  mj_kinematics(model, data.get());
-  return data;
-}
-
 /// The one geom of a body at `position` with `attributes`, against a sensor box of half size 0.1 at the
 /// origin.
 bool meets(const std::string& attributes, const std::string& position) {
-  const auto model = compile("<site name='s' type='box' size='.1 .1 .1'/><body name='b' pos='" + position +
-                             "'><geom " + attributes + "/></body>");
-  const auto data = make_data(model.get());
+  const auto model = shape_and_sensor(attributes, position);
+  const auto data = placed_data(model.get());
   return body_overlaps(model.get(), data.get(), 1, sensor_box(model.get(), data.get(), 0));
 }
 
@@ -80,10 +57,10 @@ TEST(Overlap, MeshesCountAsTheirHull) {
 
 TEST(Overlap, AgreesWithTheContactsOfTheEngine) {
   // Random poses of a bar against a box: the engine's own collision says whether they touch.
-  const auto model = compile(
+  const auto model = tiny_model(
       "<site name='s' type='box' size='.06 .04 .03'/><geom type='box' size='.06 .04 .03'/>"
       "<body name='b'><freejoint/><geom type='capsule' size='.015 .05'/></body>");
-  const auto data = make_data(model.get());
+  const auto data = placed_data(model.get());
   unsigned state = 7;
   const auto uniform = [&state] {
     state = state * 1664525u + 1013904223u;
@@ -120,12 +97,12 @@ class Terms : public testing::Test {
     return terms.update(model_.get(), data_.get(), grasped);
   }
   TaskReader reader_{"task.yaml"};
-  ModelPtr model_ = compile(
+  ModelPtr model_ = tiny_model(
       "<site name='here' type='box' size='.05 .05 .05'/><site name='ball_site'/>"
       "<body name='a' pos='1 0 0'><joint name='ja' type='slide'/><geom size='.01' material='lamp'/></body>"
       "<body name='b' pos='2 0 0'><joint name='jb' type='hinge'/><geom size='.01'/></body>"
       "<body name='free'><freejoint/><geom size='.01'/></body>");
-  DataPtr data_ = make_data(model_.get());
+  DataPtr data_ = placed_data(model_.get());
 };
 
 TEST_F(Terms, JointsCountFromWhereTheyWere) {

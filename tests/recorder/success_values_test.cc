@@ -1,45 +1,23 @@
 // The numbers behind success terms, against geometry worked out by hand.
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <numbers>
 
 #include "recorder/convex_gap.h"
 #include "recorder/success.h"
 #include "recorder/success_overlap.h"
 #include "recorder/term_series.h"
-#include "render/mujoco_owners.h"
+#include "tests/support/tiny_model.h"
 
 namespace flowscope {
 namespace {
 
-ModelPtr compile(const std::string& body) {
-  const std::string path = testing::TempDir() + "values_scene_" + std::to_string(::getpid()) + ".xml";
-  std::ofstream(path) << "<mujoco><compiler angle='radian'/><asset>"
-                         "<mesh name='pyramid' vertex='0 0 0  .1 0 0  0 .1 0  0 0 .1'/></asset><worldbody>"
-                      << body << "</worldbody></mujoco>";
-  char error[500] = "";
-  ModelPtr model(mj_loadXML(path.c_str(), nullptr, error, sizeof error));
-  std::remove(path.c_str());
-  EXPECT_TRUE(model) << error;
-  return model;
-}
-
-DataPtr make_data(const mjModel* model) {
-  DataPtr data(mj_makeData(model));
-  mj_kinematics(model, data.get());
-  return data;
-}
-
 /// Gap between the one geom of a body and a sensor box of half size 0.1 at the origin, millimetres.
 double gap_mm(const std::string& attributes, const std::string& position) {
-  const auto model = compile("<site name='s' type='box' size='.1 .1 .1'/><body name='b' pos='" + position +
-                             "'><geom " + attributes + "/></body>");
-  const auto data = make_data(model.get());
+  const auto model = shape_and_sensor(attributes, position);
+  const auto data = placed_data(model.get());
   return 1000 * body_gap(model.get(), data.get(), 1, sensor_box(model.get(), data.get(), 0));
 }
 
@@ -68,10 +46,10 @@ TEST(Gap, InsideItIsTheShortestWayOut) {
 TEST(Gap, AgreesWithWhatOverlapsSaysAndWithShifts) {
   // Anywhere: the sign is the overlap's; and shifted by the gap along any way, nothing can come nearer than
   // that.
-  const auto model = compile(
+  const auto model = tiny_model(
       "<site name='s' type='box' size='.06 .04 .03'/>"
       "<body name='b'><freejoint/><geom type='capsule' size='.015 .05'/></body>");
-  const auto data = make_data(model.get());
+  const auto data = placed_data(model.get());
   const SensorBox box = sensor_box(model.get(), data.get(), 0);
   unsigned state = 3;
   const auto uniform = [&state] {
@@ -110,13 +88,13 @@ class Values : public testing::Test {
     return terms.update(model_.get(), data_.get(), grasped);
   }
   TaskReader reader_{"task.yaml"};
-  ModelPtr model_ = compile(
+  ModelPtr model_ = tiny_model(
       "<site name='here' type='box' size='.05 .05 .05' pos='0 0 1'/><site name='there' pos='0 0 .5'/>"
       "<body name='a' pos='1 0 0'><joint name='ja' type='slide' axis='0 0 1'/><geom size='.01'/></body>"
       "<body name='b' pos='2 0 0'><joint name='jb' type='hinge' axis='0 0 1'/><geom size='.01' pos='.2 0 "
       "0'/></body>"
       "<body name='free'><freejoint/><geom size='.01'/></body>");
-  DataPtr data_ = make_data(model_.get());
+  DataPtr data_ = placed_data(model_.get());
 };
 
 TEST_F(Values, EveryTermHasANumberAThresholdAndAUnit) {
