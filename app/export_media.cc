@@ -8,6 +8,7 @@
 #include "app/detector_overlay.h"
 #include "app/render_loop.h"
 #include "app/trace_overlay.h"
+#include "recorder/gripper_shape.h"
 #include "render/cloud.h"
 #include "render/encode.h"
 #include "render/strip.h"
@@ -19,8 +20,9 @@ namespace {
 constexpr int strip_columns = 5;
 const Box workspace{{-0.3, -0.5, 0.6}, {0.7, 0.5, 1.6}};  // the benchmark's
 
-RendererOptions options_for(const web::ViewSettings& view) {
+RendererOptions options_for(const Task& task, const web::ViewSettings& view) {
   RendererOptions options;
+  options.gripper = gripper_shape(task.model(), task.robot());
   options.max_width = view.width;
   options.max_height = view.height;
   options.samples = 4;  // a figure is looked at for longer than a frame of a stream
@@ -50,7 +52,8 @@ std::string caption_of(const FlowStep& step) {
 
 void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
                 const Overlay& overlay, const std::filesystem::path& file) {
-  Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
+  const auto task = tasks.get(state.scene);
+  Renderer renderer(task->model(), state.scene, options_for(*task, view));
   write_png(file,
             renderer.draw(state, view_camera(renderer, state, view), view.overlays ? overlay : Overlay{}));
 }
@@ -58,7 +61,8 @@ void export_png(const TaskLibrary& tasks, const SceneState& state, const web::Vi
 void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
                       const web::ViewSettings& view, const std::filesystem::path& file,
                       const Progress& progress, std::stop_token stop) {
-  Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
+  const auto task = tasks.get(state.scene);
+  Renderer renderer(task->model(), state.scene, options_for(*task, view));
   constexpr double fps = 30;
   Mp4Writer film(file, view.width, view.height, fps);
   const int steps = static_cast<int>(trace.steps.size());
@@ -76,10 +80,11 @@ void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const F
 
 void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::ViewSettings& view,
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop) {
-  Renderer renderer(tasks.get(demo.info.task)->model(), demo.info.task, options_for(view));
+  const auto task = tasks.get(demo.info.task);
+  Renderer renderer(task->model(), demo.info.task, options_for(*task, view));
   Mp4Writer film(file, view.width, view.height, 20);
   std::optional<DetectorReplay> detectors;
-  if (view.detectors) detectors.emplace(tasks.get(demo.info.task), demo.info.variation, demo.info.seed);
+  if (view.detectors) detectors.emplace(task, demo.info.variation, demo.info.seed);
   for (std::size_t i = 0; i < demo.frames.size(); ++i) {
     stop_if_asked(stop);
     const SceneState& state = demo.frames[i].state;
@@ -92,7 +97,8 @@ void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::View
 
 void export_strip(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
                   const web::ViewSettings& view, const std::filesystem::path& file, std::stop_token stop) {
-  Renderer renderer(tasks.get(state.scene)->model(), state.scene, options_for(view));
+  const auto task = tasks.get(state.scene);
+  Renderer renderer(task->model(), state.scene, options_for(*task, view));
   const CameraModel camera = view_camera(renderer, state, view);
   std::vector<StripPanel> panels;
   for (std::size_t k = 0; k < trace.steps.size(); ++k) {

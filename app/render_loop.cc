@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "app/detector_overlay.h"
+#include "recorder/gripper_shape.h"
 #include "recorder/record.h"
 #include "render/encode.h"
 
@@ -81,7 +82,10 @@ Renderer& RenderLoop::renderer(Room& room, const std::string& scene) {
   if (room.renderer && room.scene == scene) return *room.renderer;
   room.renderer.reset();  // one context at a time
   try {
-    room.renderer = std::make_unique<Renderer>(tasks_.get(scene)->model(), scene);
+    const auto task = tasks_.get(scene);
+    RendererOptions options;
+    options.gripper = gripper_shape(task->model(), task->robot());
+    room.renderer = std::make_unique<Renderer>(task->model(), scene, options);
   } catch (const std::exception& error) {
     std::lock_guard lock(mutex_);
     if (failure_ != error.what()) spdlog::error("rendering: {}", error.what());

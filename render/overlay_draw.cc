@@ -59,21 +59,12 @@ void append_frame(const OverlayFrame& frame, mjvScene& scene) {
   }
 }
 
-/// A Panda hand in the tool frame: origin between the fingertips, z out of the hand, y the opening axis.
-/// Metres.
-void append_ghost(const OverlayGhost& ghost, mjvScene& scene) {
-  const auto box = [&](const Eigen::Vector3d& center, const Eigen::Vector3d& half_size) {
-    const Pose tool_from_box{center, Eigen::Quaterniond::Identity()};
-    add_geom(scene, mjGEOM_BOX, half_size, ghost.world_from_tool * tool_from_box, ghost.color);
-  };
-  constexpr double hand_top = -0.1034, hand_bottom = -0.045, tip = 0.009;
-  box({0, 0, 0.5 * (hand_top + hand_bottom)}, {0.0315, 0.102, 0.5 * (hand_bottom - hand_top)});
-  const double opening = 0.04 * std::clamp(ghost.openness, 0.0, 1.0);
-  for (const double side : {-1.0, 1.0}) {
-    box({0, side * (opening + 0.006), 0.5 * (hand_bottom + tip)}, {0.0105, 0.006, 0.5 * (tip - hand_bottom)});
+void append_ghost(const OverlayGhost& ghost, const GripperShape& gripper, mjvScene& scene) {
+  for (const GripperShape::Part& part : gripper.parts) {
+    mjvGeom* geom = add_geom(scene, part.type, part.half_size,
+                             ghost.world_from_tool * tool_from_part(part, ghost.openness), ghost.color);
+    if (geom != nullptr && part.mesh >= 0) geom->dataid = 2 * part.mesh;  // odd numbers are convex hulls
   }
-  const Pose tool_from_flange{{0, 0, hand_top - 0.0125}, Eigen::Quaterniond::Identity()};
-  add_geom(scene, mjGEOM_CYLINDER, {0.044, 0.0125, 0}, ghost.world_from_tool * tool_from_flange, ghost.color);
 }
 
 }  // namespace
@@ -89,8 +80,8 @@ void light_solids(mjvScene& scene) {
   scene.nlight = 1;
 }
 
-void append_solids(const Overlay& overlay, mjvScene& scene) {
-  constexpr std::size_t segment_limit = overlay_geom_limit * 3 / 4;
+void append_solids(const Overlay& overlay, const GripperShape& gripper, mjvScene& scene) {
+  constexpr std::size_t segment_limit = overlay_geom_limit * 3 / 8;
   std::size_t points = 0;
   for (const OverlayLine& line : overlay.lines) points += line.points.size();
   const std::size_t stride = 1 + points / segment_limit;
@@ -98,7 +89,7 @@ void append_solids(const Overlay& overlay, mjvScene& scene) {
     if (line.points.size() > 1) append_line(line, stride, scene);
   }
   for (const OverlayFrame& frame : overlay.frames) append_frame(frame, scene);
-  for (const OverlayGhost& ghost : overlay.ghosts) append_ghost(ghost, scene);
+  for (const OverlayGhost& ghost : overlay.ghosts) append_ghost(ghost, gripper, scene);
 }
 
 }  // namespace flowscope

@@ -3,15 +3,16 @@
 
 #include <mujoco/mujoco.h>
 
+#include "render/gripper_shape.h"
 #include "render/overlay.h"
 
 namespace flowscope {
 
 /// Room that the scene for solids needs. Longer polylines are thinned to fit.
-inline constexpr int overlay_geom_limit = 4000;
+inline constexpr int overlay_geom_limit = 8000;
 
-/// A geom's opacity stays in its rgba.
-void append_solids(const Overlay& overlay, mjvScene& scene);
+/// A geom's opacity stays in its rgba. Ghosts look like `gripper`.
+void append_solids(const Overlay& overlay, const GripperShape& gripper, mjvScene& scene);
 /// Replaces the scene's lights by the one under which solids have the colours that the overlay names.
 void light_solids(mjvScene& scene);
 

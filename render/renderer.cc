@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "render/egl_context.h"
+#include "render/gripper_shape.h"
 #include "render/overlay_draw.h"
 #include "render/overlay_paint.h"
 #include "render/posed_scene.h"
@@ -102,7 +103,7 @@ void set_quality(mjModel* model, const RendererOptions& options) {
 
 struct Renderer::Impl {
   Impl(const mjModel* model, const std::string& scene, const RendererOptions& wanted)
-      : options(wanted),
+      : options(with_gripper(wanted)),
         posed(prepare(model, scene, wanted)),
         visual(posed.model(), 2 * posed.model()->ngeom + 100),
         solids(posed.model(), overlay_geom_limit),
@@ -119,6 +120,11 @@ struct Renderer::Impl {
     solids.scene.flags[mjRND_CULL_FACE] = 1;
     solids.scene.nskin = 0;
     light_solids(solids.scene);
+  }
+
+  static RendererOptions with_gripper(RendererOptions options) {
+    if (!options.gripper) options.gripper = std::make_shared<GripperShape>(plain_gripper());
+    return options;
   }
 
   static PosedScene prepare(const mjModel* model, const std::string& scene, const RendererOptions& options) {
@@ -160,7 +166,7 @@ struct Renderer::Impl {
   void paint_solids(const Overlay& overlay, View& view) {
     mjvScene& scene = solids.scene;
     scene.ngeom = 0;
-    append_solids(overlay, scene);
+    append_solids(overlay, *options.gripper, scene);
     if (scene.ngeom == 0) return;
     scene.camera[0] = scene.camera[1] = visual.scene.camera[0];
     std::map<float, std::vector<mjvGeom>> by_opacity;

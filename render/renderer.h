@@ -12,10 +12,13 @@ struct mjModel_;
 
 namespace flowscope {
 
+struct GripperShape;
+
 struct RendererOptions {
-  int max_width = 1280, max_height = 960;  ///< off-screen buffer, pixels; larger requests throw
-  int samples = 0;                         ///< multisampling; 0 is two times faster on software GL
-  bool shadows = true;                     ///< one 1024 shadow map
+  int max_width = 1280, max_height = 960;         ///< off-screen buffer, pixels; larger requests throw
+  int samples = 0;                                ///< multisampling; 0 is two times faster on software GL
+  bool shadows = true;                            ///< one 1024 shadow map
+  std::shared_ptr<const GripperShape> gripper{};  ///< what ghosts look like; null: two plain fingers
 };
 
 /// Which EGL device was taken and who draws; throws std::runtime_error with what was tried when none works.

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "render/gripper_shape.h"
 #include "render/renderer.h"
 #include "tests/support/small_scene.h"
 
@@ -127,6 +128,36 @@ TEST_F(OverlayTest, GhostShowsItsHandFingersAndOpening) {
   EXPECT_EQ(change(picture, plain, pixel({-0.01, 0, 0.4})), 0) << "between the fingers";
   EXPECT_EQ(change(picture, plain, pixel({0.04, 0, 0.4})), 0) << "beyond the fingertips";
   EXPECT_GT(change(draw(closed), plain, pixel({-0.01, 0.006, 0.4})), 30) << "closed fingers";
+}
+
+TEST_F(OverlayTest, GhostHasTheShapeOfTheRobotsOwnHand) {
+  // Seen from above: a plate that is a mesh and stays, a ball that goes along an arc of three places.
+  const ModelPtr hand = testing::compile(R"(<mujoco><asset>
+    <mesh name="other" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/>
+    <mesh name="plate" vertex="-.1 -.02 0  .1 -.02 0  -.1 .02 0  .1 .02 0  -.1 -.02 .01  .1 -.02 .01  -.1 .02 .01  .1 .02 .01"/>
+    </asset><worldbody><light pos="0.2 0.3 2" dir="-0.1 -0.1 -1"/><geom type="plane" size="3 3 0.1"/>
+    <geom type="mesh" mesh="other" pos="0 9 0"/><geom type="mesh" mesh="plate" pos="0 9 0"/></worldbody></mujoco>)");
+  GripperShape shape;
+  // The engine turns a mesh onto its principal axes; its geom turns it back.
+  const Pose plate = Pose::from_wxyz({0, 0, 0}, Eigen::Map<Eigen::Vector4d>(hand->geom_quat + 4 * 2));
+  const auto at = [](double x, double y) { return Pose{{x, y, 0}, Eigen::Quaterniond::Identity()}; };
+  shape.parts.push_back({mjGEOM_MESH, 1, {0, 0, 0}, {plate, plate}});
+  shape.parts.push_back({mjGEOM_SPHERE, -1, {0.02, 0.02, 0.02}, {at(0.1, 0.2), at(0.2, 0.2), at(0.2, 0.1)}});
+  RendererOptions options{200, 200, 0, true};
+  options.gripper = std::make_shared<GripperShape>(shape);
+  Renderer own(hand.get(), "hand", options);
+  const SceneState rest = testing::initial_state(hand.get(), "hand");
+  const ImageRgb before = own.draw(rest, camera);
+  for (const double openness : {0.0, 0.5, 1.0}) {
+    Overlay overlay;
+    overlay.ghosts.push_back({{{0, 0, 0.2}, Eigen::Quaterniond::Identity()}, openness, palette::failure});
+    const ImageRgb picture = own.draw(rest, camera, overlay);
+    EXPECT_GT(change(picture, before, pixel({0.09, 0, 0.2})), 30) << "the plate's long side";
+    EXPECT_EQ(change(picture, before, pixel({0, 0.05, 0.2})), 0) << "beside its short side";
+    EXPECT_EQ(change(picture, before, pixel({0.1, 0.2, 0.2})) > 30, openness == 0.0);
+    EXPECT_EQ(change(picture, before, pixel({0.2, 0.2, 0.2})) > 30, openness == 0.5);
+    EXPECT_EQ(change(picture, before, pixel({0.2, 0.1, 0.2})) > 30, openness == 1.0);
+  }
 }
 
 TEST_F(OverlayTest, FrameHasRedGreenBlueAxes) {
