@@ -257,6 +257,58 @@ describe("teleoperation in the browser", { skip: missing("FLOWSCOPE_BIN"), timeo
     assert.equal((await api("demos")).demos.length, demos.length);
   });
 
+  test("no way out of an episode drops what was moved by hand unasked", async () => {
+    const { demos } = await api("demos");
+    const start = await api("state");
+    await page.keyboard.down("a");
+    await until(async () => (await teleop()).frames > 3, "a movement");
+    await page.keyboard.up("a");
+    await until(async () => (await teleop()).jog === "still" && await at("save-session").isEnabled(), "its end");
+    const { frames } = await teleop();
+    const asked = async (words) => {
+      await until(() => at("leave-session").isVisible(), "the question");
+      assert.match(await text("leave-session"), words);
+      await new Promise((resolve) => setTimeout(resolve, 300));
+      assert.equal((await teleop()).frames, frames, "nothing is dropped before the answer");
+    };
+    const go_on = async () => {
+      await at("stay").click();
+      await until(() => at("leave-session").isHidden(), "the end of the question");
+    };
+    await at("tab-data").click();
+    await at("reset").click();
+    await asked(/^Reset without it/);
+    await keep_shot(page, "teleop-ask-reset");
+    await go_on();
+    await at("next-seed").click();
+    await asked(/^Next without it/);
+    await go_on();
+    await page.keyboard.press("r");
+    await asked(/^Reset without it/);
+    await go_on();
+    await at("seed").fill(String(start.seed + 7));
+    await at("seed").press("Enter");
+    await asked(/^Leave without it/);
+    await go_on();
+    assert.equal(await at("seed").inputValue(), String(start.seed), "the present scene again");
+    await at("task").selectOption("open_drawer");
+    await asked(/^Leave without it/);
+    await go_on();
+    assert.equal(await at("task").inputValue(), "push_buttons");
+    assert.equal((await api("state")).episode, start.episode);
+    await at("reset").click();
+    await asked(/^Reset without it/);
+    await at("reset").click();
+    await until(async () => (await teleop()).frames < frames, "a fresh scene at the second word");
+    assert.equal((await api("state")).seed, start.seed);
+    await until(() => at("leave-session").isHidden(), "no more questions");
+    assert.equal((await api("demos")).demos.length, demos.length);
+    await at("variation").selectOption("1");
+    await until(async () => (await api("state")).variation === 1, "an untouched scene is left without a question");
+    await at("variation").selectOption(String(start.variation));
+    await until(async () => (await api("state")).variation === start.variation, "the variation from before");
+  });
+
   test("a task done by hand is saved by the key for the next one", async () => {
     const before_it = (await api("demos")).demos.length;
     await page.evaluate(async () => {

@@ -1,6 +1,7 @@
 // From one episode to the next, as LeRobot's keys do: n next, r redo, q stop.
-import { act, inform, is_recording, job_over, refresh_demos } from "./actions";
+import { act, inform, is_recording, job_over } from "./actions";
 import { api } from "./api";
+import { leave_scene, save_by_hand, unsaved_by_hand } from "./by_hand";
 import { next_seed, reset_scene } from "./header";
 import { let_go } from "./jog";
 import { set_pick } from "./picture_tools";
@@ -49,39 +50,18 @@ async function ask_loop(what: Wish): Promise<void> {
   }
 }
 
-// --- what was moved by hand ---------------------------------------------------------------------------------------------
-
-/// Frames of the session that was saved last, so that it is not saved twice.
-let saved_session = "";
-const session = () => `${store.state.snapshot?.episode}:${store.state.teleop?.frames}`;
-export const unsaved_by_hand = () => (store.state.teleop?.by_hand ?? false) && session() !== saved_session;
-
-export async function save_by_hand(unfinished: boolean): Promise<void> {
-  let_go();
-  const id = await api.save_teleop(unfinished);
-  saved_session = session();
-  store.set({ ask: null });
-  inform(`Saved as demonstration ${id}${unfinished ? ", though the task is not done" : ""}.`);
-  await refresh_demos();
-}
-
 /// n: saves what was done by hand and succeeded, then the next placement. What did not succeed is asked about first; a
 /// second n leaves it.
 export async function next_episode(): Promise<void> {
   if (running) return ask_loop("next");
-  if (unsaved_by_hand() && store.state.ask !== "next") {
-    if (!store.state.snapshot?.success) return store.set({ ask: "next", tab: "record" });
-    await save_by_hand(false);
-  }
-  store.set({ ask: null });
-  await next_seed();
+  if (unsaved_by_hand() && store.state.snapshot?.success) await save_by_hand(false);
+  await leave_scene("next", next_seed);
 }
 
+/// r: the same placement anew. Asks first what becomes of an unsaved session; a second r leaves it.
 export async function redo_episode(): Promise<void> {
-  store.set({ ask: null });
   if (running) return ask_loop("redo");
-  let_go();
-  await reset_scene();
+  await leave_scene("reset", reset_scene);
 }
 
 export async function stop_episode(): Promise<void> {

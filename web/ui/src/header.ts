@@ -1,6 +1,7 @@
 // The top line: which scene this is, what it shall become, and what the program is doing now.
 import { act, inform, is_recording } from "./actions";
 import { api } from "./api";
+import { leave_scene } from "./by_hand";
 import { fill, h, number_input, read_number, set_options, set_text } from "./dom";
 import { count } from "./format";
 import { store } from "./store";
@@ -9,6 +10,18 @@ export function reset_scene(): Promise<void> {
   return act(async () => {
     const { seed, task, variation } = choice();
     await api.reset(task, variation, seed);
+  });
+}
+
+/// What is chosen here becomes the scene.
+function change_scene(): Promise<void> {
+  return act(async () => {
+    const { seed, task, variation } = choice();
+    const other = task !== store.state.snapshot?.task;
+    await leave_scene("change", async () => {
+      await api.reset(task, variation, seed);
+      if (other) inform(`New scene: ${task}`);
+    });
   });
 }
 
@@ -58,23 +71,24 @@ function status_pills(): HTMLElement {
   return h("div", { class: "pills" }, recording.element, training.element, viewers.element, connection.element);
 }
 
-export function header(): HTMLElement {
+/// `reset_episode`, `next_episode`: what the buttons beside the seed do.
+export function header(reset_episode: () => Promise<void>, next_episode: () => Promise<void>): HTMLElement {
   const instruction = h("p", { class: "instruction", "data-testid": "instruction" });
   const reset = h("button", { type: "button", class: "icon", "data-testid": "reset", "aria-label": "reset the scene (r)",
-    title: "reset the scene (r)", onclick: () => void reset_scene() }, "⟲");
+    title: "reset the scene (r)", onclick: () => void act(reset_episode) }, "⟲");
   const next = h("button", { type: "button", class: "icon", "data-testid": "next-seed", "aria-label": "next seed (n)",
-    title: "next seed (n)", onclick: () => void next_seed() }, "+1");
+    title: "next seed (n)", onclick: () => void act(next_episode) }, "+1");
   task_select.addEventListener("change", () => {
     set_options(variation_select, variations_of(task_select.value), "0");
-    void reset_scene().then(() => inform(`New scene: ${task_select.value}`));
+    void change_scene();
   });
-  variation_select.addEventListener("change", () => void reset_scene());
+  variation_select.addEventListener("change", () => void change_scene());
   seed_input.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") void reset_scene();
+    if (event.key === "Enter") void change_scene();
   });
-  store.watch((s) => [s.tasks, s.snapshot?.task, s.snapshot?.variation, s.snapshot?.seed, s.snapshot?.episode] as const,
-    (tasks, task, variation, seed) => {
-      if (task === undefined) return;
+  store.watch((s) => [s.tasks, s.snapshot?.task, s.snapshot?.variation, s.snapshot?.seed, s.snapshot?.episode, s.ask === null] as const,
+    (tasks, task, variation, seed, _episode, decided) => {
+      if (task === undefined || !decided) return; // while the page asks, what was chosen stays to be seen
       const names = tasks.length > 0 ? tasks.map((t) => t.name) : [task];
       set_options(task_select, names.map((name) => ({ value: name, text: name.replaceAll("_", " ") })), task);
       set_options(variation_select, variations_of(task), String(variation));

@@ -15,6 +15,9 @@ export interface ScriptState {
   failed: number | null; // the line at which a run ended
 }
 
+/// Ways out of an episode.
+export type Leaving = "next" | "reset" | "change";
+
 export interface PageState {
   connection: Connection;
   loading_message: string;
@@ -35,7 +38,7 @@ export interface PageState {
   script: ScriptState;
   pick: Approach | null; // a click in the picture makes a waypoint, in this way
   teleop: Teleop | null;
-  ask: "next" | "save" | null; // what was moved by hand did not succeed: what shall become of it
+  ask: Leaving | "save" | null; // what was moved by hand is unsaved: what shall become of it
 }
 
 export const initial: PageState = {

@@ -1,6 +1,7 @@
 // Data: the demonstrations on disk, each with its pictures.
 import { act, inform, open_tab, refresh_demos } from "../actions";
 import { api } from "../api";
+import { leave_scene } from "../by_hand";
 import { fill, h, set_text, show_if } from "../dom";
 import { bytes, clock } from "../format";
 import { store } from "../store";
@@ -47,7 +48,8 @@ function detail(demo: DemoInfo): HTMLElement {
   return h("div", { class: "detail", "data-testid": "demo-detail" },
     h("p", { class: "quiet", title: facts }, facts), h("div", { class: "strip", "data-testid": "keyframes" }, ...pictures),
     h("div", { class: "row spread" },
-      h("button", { type: "button", onclick: () => void act(() => api.reset(demo.task, demo.variation, demo.seed)) }, "Set up this scene"),
+      h("button", { type: "button",
+        onclick: () => void act(() => leave_scene("change", () => api.reset(demo.task, demo.variation, demo.seed))) }, "Set up this scene"),
       remove_button(demo)));
 }
 

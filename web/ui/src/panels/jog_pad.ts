@@ -1,8 +1,8 @@
 // Moving the tool by hand: a button for every key, the speed, and what came of it.
 import { act } from "../actions";
+import { leave_now, save_by_hand, unsaved_by_hand } from "../by_hand";
 import { h, set_text, show_if } from "../dom";
 import { metres, rpy_deg, degrees } from "../format";
-import { next_episode, save_by_hand, unsaved_by_hand } from "../episodes";
 import { fingers_open, jog_axes, jog_button, jog_settings, mark_here, toggle_gripper, undo_jog } from "../jog";
 import { store } from "../store";
 
@@ -68,19 +68,22 @@ function session_row(): HTMLElement {
       if (store.state.snapshot?.success) await save_by_hand(false);
       else store.set({ ask: "save" });
     }, save) }, "● Save");
-  const anyway = h("button", { type: "button", class: "danger", "data-testid": "save-anyway", onclick: () => void act(() => save_by_hand(true), anyway) }, "Save all the same");
-  const leave = h("button", { type: "button", "data-testid": "leave-session", onclick: () => void act(next_episode, leave) }, "Next without it (n)");
+  const anyway = h("button", { type: "button", class: "danger", "data-testid": "save-anyway",
+    onclick: () => void act(() => save_by_hand(!store.state.snapshot?.success), anyway) });
+  const leave = h("button", { type: "button", "data-testid": "leave-session", onclick: () => void act(leave_now, leave) });
   const stay = h("button", { type: "button", "data-testid": "stay", onclick: () => store.set({ ask: null }) }, "Go on");
   const row = h("div", { class: "row tight session-row", "data-testid": "session-row" }, text, save, anyway, leave, stay);
   store.watch((s) => [s.ask, s.teleop?.by_hand, s.teleop?.frames, s.teleop?.marks, s.snapshot?.success, s.snapshot?.episode] as const, (ask, by_hand, frames, marks, success) => {
     row.classList.toggle("off", !by_hand);
     show_if(save, ask === null);
     show_if(anyway, ask !== null);
-    show_if(leave, ask === "next");
+    show_if(leave, ask !== null && ask !== "save");
+    set_text(anyway, success ? "Save it" : "Save all the same");
+    set_text(leave, ask === "next" ? "Next without it (n)" : ask === "reset" ? "Reset without it (r)" : "Leave without it");
     show_if(stay, ask !== null);
     save.disabled = !by_hand || !unsaved_by_hand();
     const seconds = ((frames ?? 0) * frame_s).toFixed(1);
-    set_text(text, ask !== null ? "The task is not done." : !by_hand ? "Nothing moved by hand yet." :
+    set_text(text, ask !== null ? (success ? "Not saved." : "Not done.") : !by_hand ? "Nothing moved by hand yet." :
       `By hand: ${seconds} s, ${marks ?? 0} keyframe${marks === 1 ? "" : "s"} marked${success ? "; done" : ""}.`);
   });
   return row;
