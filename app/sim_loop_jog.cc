@@ -5,7 +5,9 @@
 namespace flowscope {
 namespace {
 constexpr std::chrono::milliseconds kIdle{1000}, kFrame{50};
-}
+
+double now_s() { return std::chrono::duration<double>(JogControl::Clock::now().time_since_epoch()).count(); }
+}  // namespace
 
 void SimLoop::jog(const JogCommand& command) {
   jog_.command(command);
@@ -29,7 +31,7 @@ std::chrono::milliseconds SimLoop::jog_on(Room& room) {
   room.next_jog = std::max(room.next_jog + kFrame, now + kFrame / 2);
   if (!room.jogger) {
     room.jogger.emplace(*room.world);
-    room.session.begin_stroke();
+    room.session.begin_stroke(now_s());
   }
   try {
     const JogStep step = room.jogger->step(wanted);
@@ -37,7 +39,7 @@ std::chrono::milliseconds SimLoop::jog_on(Room& room) {
     // Why it stopped stays to be read after the key was let go.
     if (wanted.moves() || step.state != JogState::still) jog_.report(step.state, step.message);
     if (step.frame) {
-      room.session.keep(*step.frame);
+      room.session.keep_by_hand(*step.frame, now_s());
       publish(room);
     }
     if (!over) return kFrame / 2;
@@ -57,9 +59,9 @@ std::future<MotionResult> SimLoop::jog_gripper(double openness) {
   return queue_.post([this, openness](Room& room) {
     World& w = world(room);
     end_jog(room);
-    room.session.begin_stroke();
+    room.session.begin_stroke(now_s());
     const MotionResult result = move_gripper(w, openness, [&](const Frame& frame) {
-      room.session.keep(frame);
+      room.session.keep_by_hand(frame, now_s());
       return true;
     });
     publish(room);

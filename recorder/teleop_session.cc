@@ -4,6 +4,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "recorder/hand_keyframes.h"
 #include "recorder/keyframes.h"
 
 namespace flowscope {
@@ -11,6 +12,7 @@ namespace flowscope {
 void TeleopSession::restart(const World& world) {
   *this = TeleopSession();
   frames_.push_back(world.frame());
+  hand_frames_.push_back(false);
 }
 
 void TeleopSession::keep(const Frame& frame) {
@@ -20,10 +22,24 @@ void TeleopSession::keep(const Frame& frame) {
     return;
   }
   frames_.push_back(frame);
+  hand_frames_.push_back(false);
+  let_go_s_.reset();
 }
 
-void TeleopSession::begin_stroke() {
+void TeleopSession::keep_by_hand(const Frame& frame, double now_s) {
+  const int before = frames();
+  keep(frame);
+  if (frames() == before) return;
+  hand_frames_.back() = true;
+  let_go_s_ = now_s;
+}
+
+void TeleopSession::begin_stroke(double now_s) {
   by_hand_ = true;
+  const int now = frames() - 1;
+  if (let_go_s_ && now_s - *let_go_s_ >= hand_rest_s && (rests_.empty() || rests_.back() < now)) {
+    rests_.push_back(now);
+  }
   if (!overflowed_) strokes_.push_back(frames_.size());
 }
 
@@ -42,7 +58,10 @@ bool TeleopSession::undo(World& world) {
   if (strokes_.empty()) return false;
   frames_.resize(strokes_.back());
   strokes_.pop_back();
+  hand_frames_.resize(frames_.size());
   std::erase_if(marks_, [&](int index) { return index >= frames(); });
+  std::erase_if(rests_, [&](int index) { return index >= frames(); });
+  let_go_s_.reset();
   overflowed_ = false;
   // What ordered success terms latched on the way stays latched.
   for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -55,7 +74,9 @@ bool TeleopSession::undo(World& world) {
 }
 
 std::vector<int> TeleopSession::keyframes() const {
-  if (marks_.empty()) return keyframes_to_learn(frames_);
+  if (marks_.empty() && std::ranges::find(hand_frames_, char{true}) == hand_frames_.end())
+    return keyframes_to_learn(frames_);
+  if (marks_.empty()) return hand_keyframes(frames_, hand_frames_, rests_);
   std::vector<int> all = marks_;
   for (int i = 1; i < frames(); ++i) {
     if (frames_[i].gripper_open != frames_[i - 1].gripper_open) all.push_back(i);

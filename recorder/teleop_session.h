@@ -1,6 +1,7 @@
 // Everything that moved since the last reset: what can be undone, and what becomes a demonstration.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "recorder/record.h"
@@ -17,8 +18,10 @@ class TeleopSession {
   void restart(const World& world);
   /// Every recorded frame of any motion, states and all.
   void keep(const Frame& frame);
+  /// The same of a movement by hand. `now_s`: when, of any clock that goes on while the world stands still.
+  void keep_by_hand(const Frame& frame, double now_s);
   /// Before a movement by hand starts: undo() comes back to here.
-  void begin_stroke();
+  void begin_stroke(double now_s);
   /// Nothing came of it.
   void drop_empty_stroke();
   /// Marks the present moment as a keyframe; false when it is one already or nothing has moved yet.
@@ -34,13 +37,16 @@ class TeleopSession {
   bool overflowed() const { return overflowed_; }
 
   /// Keyframes as they would be saved: hand-marked ones with every change of the gripper and the end; without
-  /// marks those of the benchmark's rule.
+  /// marks those of hand_keyframes.h, or of the benchmark's rule when nothing was moved by hand.
   std::vector<int> keyframes() const;
   /// Throws std::logic_error when nothing has moved or too much did.
   Demo demo(const World& world, const Observe& observe) const;
 
  private:
   std::vector<Frame> frames_;
+  std::vector<char> hand_frames_;     ///< for each frame: moved to by hand
+  std::vector<int> rests_;            ///< frames at which the hand then let go for long, ascending
+  std::optional<double> let_go_s_;    ///< when the last frame by hand was kept, while nothing else followed
   std::vector<int> marks_;            ///< indices of frames, ascending
   std::vector<std::size_t> strokes_;  ///< number of frames before each movement by hand
   bool overflowed_ = false, by_hand_ = false;

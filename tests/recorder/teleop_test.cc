@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "recorder/keyframes.h"
 #include "recorder/kinematics.h"
 #include "recorder/motion.h"
 #include "recorder/teleop_session.h"
@@ -21,13 +22,13 @@ class Teleop : public ::testing::Test {
   }
   JogStep step(Jogger& jogger, const JogCommand& command) {
     JogStep result = jogger.step(command);
-    if (result.frame) session.keep(*result.frame);
+    if (result.frame) session.keep_by_hand(*result.frame, now_s += 0.05);
     return result;
   }
   /// Holds a key for `frames`, then lets go and waits until the arm rests. The last answer while it was held.
   JogStep hold(const JogCommand& command, int frames) {
     Jogger jogger(world);
-    session.begin_stroke();
+    session.begin_stroke(now_s);
     JogStep last;
     for (int i = 0; i < frames; ++i) last = step(jogger, command);
     for (int i = 0; i < 40 && !jogger.at_rest(); ++i) step(jogger, {});
@@ -51,8 +52,19 @@ class Teleop : public ::testing::Test {
     ASSERT_TRUE(move_gripper(world, 0.1, keep));
   }
 
+  /// Moves the fingers by hand.
+  void fingers(double openness) {
+    session.begin_stroke(now_s);
+    ASSERT_TRUE(move_gripper(world, openness, [this](const Frame& frame) {
+      session.keep_by_hand(frame, now_s += 0.05);
+      return true;
+    }));
+  }
+  int last() const { return session.frames() - 1; }
+
   World world;
   TeleopSession session;
+  double now_s = 100;  ///< a clock that goes on between movements, too
 };
 
 TEST_F(Teleop, MovesAlongTheWorldsAxesAndTurnsNothing) {
@@ -186,6 +198,83 @@ TEST_F(Teleop, ASessionBecomesADemonstration) {
   ASSERT_EQ(demo.keyframes.size(), 2u);
   EXPECT_EQ(demo.keyframes[0].frame, marked);
   EXPECT_EQ(demo.keyframes[1].frame, session.frames() - 1);
+}
+
+TEST_F(Teleop, ShortPausesAreNoKeyframesAndLongOnesAre) {
+  hold(along({0, 0.04, 0}), 40);  // so slowly that the arm counts as still all the way
+  now_s += 0.4;
+  hold(along({0, 0.1, 0}), 10);
+  now_s += 0.9;
+  hold(along({0, 0, -0.1}), 10);
+  const int rest = last();
+  now_s += 1.5;
+  hold(along({0.1, 0, 0}), 10);
+  EXPECT_EQ(session.keyframes(), (std::vector<int>{rest, last()}));
+  const Demo demo = session.demo(world, [](const SceneState&) { return Observation{}; });
+  EXPECT_GT(find_keyframes(demo.frames).size(), 8u) << "what the benchmark's rule makes of it";
+  EXPECT_EQ(demo.keyframes.size(), 2u);
+}
+
+TEST_F(Teleop, TheFingersChangeIsOneKeyframeWithTheRestsAroundIt) {
+  hold(along({0, 0.1, 0}), 10);
+  now_s += 2;  // over the thing, thinking
+  fingers(0);
+  const int closed = last();
+  now_s += 2;
+  hold(along({0, 0, 0.1}), 10);
+  EXPECT_EQ(session.keyframes(), (std::vector<int>{closed, last()}));
+  fingers(1);
+  EXPECT_EQ(session.keyframes(), (std::vector<int>{closed, last()})) << "let go of where the movement ended";
+}
+
+TEST_F(Teleop, ClosingAndOpeningAtOnePlaceAreTwoKeyframes) {
+  hold(along({0, 0.1, 0}), 10);
+  fingers(0);
+  fingers(1);
+  const std::vector<int> keyframes = session.keyframes();
+  ASSERT_EQ(keyframes.size(), 2u);
+  EXPECT_EQ(keyframes.back(), last());
+}
+
+TEST_F(Teleop, TouchingUpAPlaceIsOneKeyframe) {
+  hold(along({0, 0.1, 0}), 10);
+  now_s += 2;
+  hold(along({0, 0.02, 0}), 4);  // less than 5 mm
+  const int fine = last();
+  now_s += 2;
+  hold(along({0, 0, 0.1}), 10);
+  EXPECT_EQ(session.keyframes(), (std::vector<int>{fine, last()}));
+}
+
+TEST_F(Teleop, WhatScriptsDidBetweenKeepsTheBenchmarksRule) {
+  hold(along({0, 0.1, 0}), 10);
+  const int handed_over = last();
+  go_above("button_1", 0.06);
+  const int above = last();
+  hold(along({0, 0, -0.02}), 20);
+  const std::vector<int> keyframes = session.keyframes();
+  ASSERT_GE(keyframes.size(), 3u);
+  EXPECT_EQ(keyframes.front(), handed_over);
+  EXPECT_EQ(keyframes.back(), last());
+  int scripted = 0;
+  for (const int k : keyframes) scripted += k > handed_over && k <= above;
+  EXPECT_GE(scripted, 1) << "the end of the planned move, the fingers";
+  EXPECT_EQ(static_cast<int>(keyframes.size()), scripted + 2) << "and none while the hand crept";
+}
+
+TEST_F(Teleop, ARestThatIsTakenBackIsNone) {
+  hold(along({0, 0.1, 0}), 10);
+  const int first = last();
+  now_s += 2;
+  hold(along({0.1, 0, 0}), 10);
+  now_s += 2;
+  hold(along({0, 0, -0.1}), 10);
+  ASSERT_EQ(session.keyframes().size(), 3u);
+  ASSERT_TRUE(session.undo(world));
+  ASSERT_TRUE(session.undo(world));
+  now_s += 0.2;
+  hold(along({0, 0.1, 0}), 10);
+  EXPECT_EQ(session.keyframes(), (std::vector<int>{first, last()})) << "the first rest was one";
 }
 
 }  // namespace
