@@ -39,17 +39,14 @@ std::string name_from(const std::filesystem::path& file) {
   return name;
 }
 
-TriangleMesh read_all(const ImportCall& call) {
+TriangleMesh read_all(const ImportCall& call, std::vector<std::string>& left_out) {
   MeshImportOptions options;
   options.metres_per_unit = metres_per_unit(call);
   if (call.up) options.up = call.up->front();
+  options.leave_out = [&left_out](const std::string& what) { left_out.push_back(what); };
   TriangleMesh all;
   for (const auto& file : call.meshes) {
-    const TriangleMesh mesh = read_mesh(file, options);
-    const int first = static_cast<int>(all.vertices.size());
-    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-    all.colors.insert(all.colors.end(), mesh.colors.begin(), mesh.colors.end());
-    for (const auto& t : mesh.triangles) all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    append(all, read_mesh(file, options));
   }
   return all;
 }
@@ -64,6 +61,7 @@ nlohmann::ordered_json as_json(const ObjectReport& report, const std::string& na
           {"size_m", vector(report.size)},
           {"triangles", report.triangles},
           {"colors", report.colors},
+          {"textures", report.textures},
           {"closed", report.closed},
           {"parts", report.parts},
           {"volume_m3", report.volume},
@@ -79,15 +77,19 @@ int import(const ImportCall& call, bool json) {
   options.density = call.density;
   options.parts = call.parts;
   ObjectReport report;
+  std::vector<std::string> left_out;
   try {
-    report = write_object(read_all(call), options, call.out);
+    report = write_object(read_all(call, left_out), options, call.out);
   } catch (const BadMesh& error) {
     throw UsageError(error.what());
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--name, --out: ") + error.what());
   }
+  for (const auto& what : left_out) std::fprintf(stderr, "flowscope: left out: %s\n", what.c_str());
   if (json) {
-    print_json(as_json(report, options.name));
+    auto document = as_json(report, options.name);
+    document["left_out"] = left_out;
+    print_json(document);
     return 0;
   }
   std::printf(

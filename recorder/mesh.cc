@@ -52,10 +52,20 @@ void drop_useless(TriangleMesh& mesh) {
     if (!seen.insert(key).second) continue;
     mesh.triangles[kept] = t;
     if (!mesh.colors.empty()) mesh.colors[kept] = mesh.colors[i];
+    if (!mesh.texture_of.empty()) mesh.texture_of[kept] = mesh.texture_of[i];
+    if (!mesh.texture_corners.empty()) mesh.texture_corners[kept] = mesh.texture_corners[i];
     ++kept;
   }
   mesh.triangles.resize(kept);
   if (!mesh.colors.empty()) mesh.colors.resize(kept);
+  if (!mesh.texture_of.empty()) mesh.texture_of.resize(kept);
+  if (!mesh.texture_corners.empty()) mesh.texture_corners.resize(kept);
+}
+
+void turn_over(TriangleMesh& mesh, std::size_t triangle) {
+  std::swap(mesh.triangles[triangle][1], mesh.triangles[triangle][2]);
+  if (mesh.texture_corners.empty()) return;
+  std::swap(mesh.texture_corners[triangle][1], mesh.texture_corners[triangle][2]);
 }
 
 /// Walks over edges that join exactly two triangles and turns the second to match the first.
@@ -85,10 +95,7 @@ void orient_alike(TriangleMesh& mesh) {
         const int other = pair[0] == todo.front() ? pair[1] : pair[0];
         if (done[static_cast<std::size_t>(other)]) continue;
         done[static_cast<std::size_t>(other)] = true;
-        if (has(other, {t[k], t[(k + 1) % 3]})) {
-          auto& turned = mesh.triangles[static_cast<std::size_t>(other)];
-          std::swap(turned[1], turned[2]);
-        }
+        if (has(other, {t[k], t[(k + 1) % 3]})) turn_over(mesh, static_cast<std::size_t>(other));
         todo.push(other);
       }
     }
@@ -107,12 +114,32 @@ Extent extent_of(const std::vector<Vector3d>& points) {
   return extent;
 }
 
+void append(TriangleMesh& mesh, const TriangleMesh& other) {
+  const int first = static_cast<int>(mesh.vertices.size());
+  const int first_texture = static_cast<int>(mesh.textures.size());
+  const std::size_t before = mesh.triangles.size();
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  mesh.colors.insert(mesh.colors.end(), other.colors.begin(), other.colors.end());
+  if (mesh.texture_of.empty() && other.texture_of.empty()) return;
+  mesh.textures.insert(mesh.textures.end(), other.textures.begin(), other.textures.end());
+  mesh.texture_of.resize(before, -1);
+  mesh.texture_corners.resize(before);
+  for (const int texture : other.texture_of)
+    mesh.texture_of.push_back(texture < 0 ? -1 : texture + first_texture);
+  mesh.texture_corners.insert(mesh.texture_corners.end(), other.texture_corners.begin(),
+                              other.texture_corners.end());
+  mesh.texture_of.resize(mesh.triangles.size(), -1);
+  mesh.texture_corners.resize(mesh.triangles.size());
+}
+
 void tidy(TriangleMesh& mesh) {
   weld(mesh);
   drop_useless(mesh);
   if (!is_closed(mesh)) orient_alike(mesh);
   if (is_closed(mesh) && mass_properties(mesh).volume < 0)
-    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) turn_over(mesh, i);
 }
 
 bool is_closed(const TriangleMesh& mesh) {

@@ -4,15 +4,25 @@
 #include <array>
 #include <vector>
 
+#include "render/image.h"
 #include "render/pose.h"
 
 namespace flowscope {
+
+using TextureCorners = std::array<Eigen::Vector2f, 3>;
 
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;              ///< metres
   std::vector<std::array<int, 3>> triangles;          ///< counter-clockwise as seen from outside
   std::vector<std::array<std::uint8_t, 3>> colors{};  ///< sRGB, one per triangle; or empty
+  std::vector<ImageRgb> textures{};                   ///< sRGB
+  std::vector<int> texture_of{};                      ///< one per triangle, -1: its colour; or empty
+  /// Where in its texture each corner of a triangle lies: u to the right, v up, the picture from 0 to 1 and
+  /// repeated beyond; one per triangle, or empty.
+  std::vector<TextureCorners> texture_corners{};
 };
+/// Adds another one's triangles with their colours and textures; both have a colour for each or none has.
+void append(TriangleMesh& mesh, const TriangleMesh& other);
 
 struct Extent {
   Eigen::Vector3d low{0, 0, 0}, high{0, 0, 0};

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "recorder/mesh.h"
 
@@ -21,11 +23,13 @@ struct MeshImportOptions {
   /// Which axis of the file points up; without a word y for glTF and COLLADA (the reader turns those to y), z
   /// for the rest.
   std::optional<char> up{};
+  /// Hears of everything that could not be taken over (a texture), for people.
+  std::function<void(const std::string&)> leave_out{};
 };
 
 /// All triangles of a .gltf, .glb, .dae, .obj, .ply or .stl file in one mesh: metres, z up, coloured by its
-/// vertices and materials (not by their textures). Not tidied. Throws BadMesh for a file that can not be
-/// read, is too large, holds no triangles or numbers that are not finite.
+/// materials' base colours and their textures, else by its vertices and materials. Not tidied. Throws BadMesh
+/// for a file that can not be read, is too large, holds no triangles or numbers that are not finite.
 TriangleMesh read_mesh(const std::filesystem::path& file, const MeshImportOptions& options);
 
 }  // namespace flowscope

@@ -65,7 +65,7 @@ void put_upright(TriangleMesh& mesh, const std::string& name) {
 
 std::string material_xml(const std::string& name, const MeshPicture& picture, const TriangleMesh& mesh) {
   const std::string shine = "specular=\"0.2\" shininess=\"0.3\"/>\n";
-  if (picture.colors > 1) {
+  if (picture.skin.width > 0) {
     return "    <texture name=\"" + name + "_colors\" type=\"2d\" file=\"" + name + "_colors.png\"/>\n" +
            "    <material name=\"" + name + "\" texture=\"" + name + "_colors\" " + shine;
   }
@@ -188,7 +188,7 @@ ObjectReport write_object(TriangleMesh mesh, const ObjectOptions& options,
     files.write(part + ".obj", obj);
     assets += "    <mesh name=\"" + part + "\" file=\"" + part + ".obj\"/>\n";
   };
-  if (picture.colors > 1) files.write(name + "_colors.png", picture.palette);
+  if (picture.skin.width > 0) files.write(name + "_colors.png", picture.skin);
   add_mesh(name + "_visual", picture.obj);
   std::string geoms;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -210,6 +210,7 @@ ObjectReport write_object(TriangleMesh mesh, const ObjectOptions& options,
   report.triangles = mesh.triangles.size();
   report.parts = parts.size();
   report.colors = picture.colors;
+  report.textures = picture.textures;
   report.volume = body.shape.volume;
   report.mass_kg = body.mass;
   report.center_of_mass = body.shape.center;

@@ -9,11 +9,11 @@
 namespace flowscope {
 
 /// Wavefront OBJ with a normal for each corner: smooth across edges up to 40 degrees. With more than one
-/// colour each triangle points into its cell of `palette`.
+/// colour, or a texture, each corner has its place in `skin`.
 struct MeshPicture {
   std::string obj;
-  ImageRgb palette{0, 0};  ///< empty with a single colour
-  std::size_t colors = 0;
+  ImageRgb skin;  ///< empty with a single plain colour
+  std::size_t colors = 0, textures = 0;
 };
 MeshPicture picture_of(const TriangleMesh& mesh);
 /// Corners and triangles only.

@@ -1,5 +1,5 @@
-// Pictures out: JPEG (TurboJPEG), PNG and MP4 (H.264, yuv420p, index at the front). No decoding of foreign
-// bytes anywhere.
+// Pictures out: JPEG (TurboJPEG), PNG and MP4 (H.264, yuv420p, index at the front). Foreign pictures are
+// decoded by decode.h alone.
 #pragma once
 
 #include <cstdint>

@@ -43,6 +43,18 @@ TEST_F(SceneImport, WritesAnObjectAndSaysWhatItIs) {
   EXPECT_TRUE(contains(again.err, "already there")) << again.err;
 }
 
+TEST_F(SceneImport, TellsWhatItLeavesOut) {
+  mesh("bracket.mtl", "newmtl skin\nKd 0.5 0.25 0\nmap_Kd none.png\n");
+  const std::string text = "mtllib bracket.mtl\nvt 0 0\nusemtl skin\n" + testing::as_obj(testing::l_shape());
+  const auto done = run_command({"scene", "import", mesh("bracket.obj", text), "--out", out(), "--json"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  EXPECT_TRUE(contains(done.err, "none.png")) << done.err;
+  const auto json = nlohmann::json::parse(done.out);
+  EXPECT_EQ(json.at("textures"), 0);
+  ASSERT_EQ(json.at("left_out").size(), 1u);
+  EXPECT_TRUE(contains(json.at("left_out").at(0), "is not there"));
+}
+
 TEST_F(SceneImport, WrongCallsSayWhatIsWrong) {
   const std::string file = mesh("bracket.obj", testing::as_obj(testing::l_shape(), 1000));
   const auto too_large = run_command({"scene", "import", file, "--out", out()});
