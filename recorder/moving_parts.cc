@@ -17,6 +17,17 @@ bool is_below(const mjModel* model, int body, int ancestor) {
   return body == ancestor;
 }
 
+/// On a free joint, or on joints of its own that let it go and turn every way, without limits: nothing holds
+/// it back.
+bool goes_anywhere(const mjModel* model, int body) {
+  if (model->body_dofnum[body] != 6) return false;
+  const int first = model->body_jntadr[body];
+  for (int joint = first; joint < first + model->body_jntnum[body]; ++joint) {
+    if (model->jnt_limited[joint]) return false;
+  }
+  return true;
+}
+
 Vector3d vector(const mjtNum* values) { return Eigen::Map<const Vector3d>(values); }
 Matrix3d matrix(const mjtNum* row_major) { return Eigen::Map<const RowMajor>(row_major); }
 Matrix3d matrix_of_wxyz(const mjtNum* q) {
@@ -54,8 +65,7 @@ MovingParts::MovingParts(const mjModel* model, const mjData* data, const ArmIndi
   for (const auto& name : held) {
     const int root = mj_name2id(model, mjOBJ_BODY, name.c_str());
     if (root < 0) continue;
-    const int joint = model->body_jntadr[root];
-    const bool goes_along = joint >= 0 && model->jnt_type[joint] == mjJNT_FREE;
+    const bool goes_along = goes_anywhere(model, root);
     for (int body = 1; body < model->nbody; ++body) {
       if (!is_below(model, body, root)) continue;
       in_hand_[body] = true;

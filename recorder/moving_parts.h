@@ -22,8 +22,8 @@ class MovingParts {
     Eigen::Matrix3d body_from_geom;
   };
 
-  /// `data` must be up to date with its positions. `held`: names of bodies in the hand; those with a free
-  /// joint go along with it.
+  /// `data` must be up to date with its positions. `held`: names of bodies in the hand; those that
+  /// nothing holds back (a free joint, or slides and a ball without limits) go along with it.
   MovingParts(const mjModel_* model, const mjData_* data, const ArmIndices& arm,
               const std::vector<std::string>& held);
 
@@ -31,7 +31,7 @@ class MovingParts {
   void place(const JointVector& q, mjData_* data);
   const std::vector<Geom>& geoms() const { return geoms_; }  ///< those that take part in contacts
   bool moves(int body) const { return moves_[static_cast<std::size_t>(body)] != 0; }
-  /// The hand, the fingers, and what is held even if it hangs on its own joints (a drawer): these may touch
+  /// The hand, the fingers, and what is held even if joints hold it back (a drawer): these may touch
   /// each other.
   bool in_hand(int body) const { return in_hand_[static_cast<std::size_t>(body)] != 0; }
 
