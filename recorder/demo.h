@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "recorder/demo_origin.h"
 #include "render/observation.h"
 #include "render/scene_state.h"
 
@@ -46,6 +48,10 @@ struct DemoInfo {
   std::string created;  ///< ISO 8601, UTC
   int frames = 0, keyframes = 0;
   std::uint64_t bytes = 0;  ///< of the file
+  DemoOrigin origin;
+  /// Whether the task's condition has held; none: there is no condition, or the file does not say.
+  std::optional<bool> success;
+  bool unfinished() const { return success == false; }
 };
 
 /// To predict keyframe k (0-based) the policy sees `start` for k = 0 and keyframes[k-1].observation after

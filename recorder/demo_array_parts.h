@@ -24,6 +24,11 @@ void for_each_state_part(Visitor&& visit) {
              state_parts);
 }
 
+/// Columns of joint arrays: the arm's joints, or all places where the file does not say how many it has.
+inline std::size_t stored_joints(const DemoInfo& info) {
+  return info.origin.joints > 0 ? static_cast<std::size_t>(info.origin.joints) : Frame().q.size();
+}
+
 /// Pictures are stacked, so every moment must have the same cameras.
 template <typename Failure>
 void require_same_cameras(const DemoHeader& header) {

@@ -43,10 +43,26 @@ Numbers wxyz_of(const Pose& pose) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-void add_frames(const std::vector<Frame>& frames, Rows& rows) {
+/// The arm's joints, and no more: what a frame holds beyond them is 0.
+void add_joints(const std::string& name, const std::vector<Frame>& frames, std::array<double, 7> Frame::*part,
+                std::size_t joints, Rows& rows) {
+  Numbers values;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::array<double, 7>& all = frames[i].*part;
+    const auto end = all.begin() + static_cast<std::ptrdiff_t>(joints);
+    if (std::any_of(end, all.end(), [](double value) { return value != 0; })) {
+      throw std::invalid_argument("frame " + std::to_string(i) + " holds more than the " +
+                                  std::to_string(joints) + " joints of its robot");
+    }
+    values.insert(values.end(), all.begin(), end);
+  }
+  rows.add_values<double>(name, frames.size(), joints, values, true);
+}
+
+void add_frames(const std::vector<Frame>& frames, std::size_t joints, Rows& rows) {
   rows.add("frame/time_s", frames, [](const Frame& f) { return Numbers{f.time_s}; });
-  rows.add("frame/q", frames, [](const Frame& f) { return Numbers(f.q.begin(), f.q.end()); });
-  rows.add("frame/dq", frames, [](const Frame& f) { return Numbers(f.dq.begin(), f.dq.end()); });
+  add_joints("frame/q", frames, &Frame::q, joints, rows);
+  add_joints("frame/dq", frames, &Frame::dq, joints, rows);
   rows.add("frame/openness", frames, [](const Frame& f) { return Numbers{f.openness}; });
   rows.add("frame/gripper_open", frames, [](const Frame& f) { return Bytes{std::uint8_t(f.gripper_open)}; });
   rows.add("frame/tool_position", frames, [](const Frame& f) { return position_of(f.world_from_tool); });
@@ -123,7 +139,7 @@ std::vector<NamedArray> arrays_of(const Demo& demo, ArrayParts parts) {
   require_same_cameras<std::invalid_argument>(header);
   Rows rows;
   rows.arrays.push_back(text_array("header", to_json_text(header)));
-  add_frames(demo.frames, rows);
+  add_frames(demo.frames, stored_joints(header.info), rows);
   if (!demo.keyframes.empty()) add_keyframes(demo.keyframes, rows);
   if (parts == ArrayParts::without_pictures) return std::move(rows.arrays);
   std::vector<const Observation*> observations{&demo.start};

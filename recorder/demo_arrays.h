@@ -1,13 +1,14 @@
 // A demonstration as named arrays: what every export holds so that an import gives the same one back.
 //
 //   header                                      text: the demonstration file's JSON header (cameras, task, …)
-//   frame/time_s (T)  frame/q (T,7)  frame/dq (T,7)  frame/openness (T)  frame/gripper_open (T)
+//   frame/time_s (T)  frame/q (T,J)  frame/dq (T,J)  frame/openness (T)  frame/gripper_open (T)
 //   frame/tool_position (T,3)  frame/tool_quaternion (T,4)        w,x,y,z
 //   state/time_s (T)  state/qpos (T,nq)  …                        the simulator's state at every frame
 //   keyframe/frame (K)  keyframe/position (K,3)  keyframe/quaternion (K,4)  keyframe/openness (K)
 //   observation/<camera>_rgb (K+1,H,W,3)  _depth (K+1,H,W)        at frame 0, then at each keyframe; metres
 //   observation/<camera>_intrinsics (K+1,3,3)  _extrinsics (K+1,4,4)   for readers; the header decides
 //
+// J: the arm's joints, 6 of a UR5; 7 where the header does not name the robot (older files).
 // Metres, radians, seconds; extrinsics are world_from_camera with x right, y down, z forward; pixel centres
 // at integer + 0.5.
 #pragma once

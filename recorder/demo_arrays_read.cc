@@ -65,7 +65,8 @@ DemoHeader read_header(const Source& source, const std::string& place) {
 }
 
 void read_frames(const Source& source, const DemoHeader& header, std::vector<Frame>& frames) {
-  const std::uint64_t count = static_cast<std::uint64_t>(header.info.frames), joints = Frame().q.size();
+  const std::uint64_t count = static_cast<std::uint64_t>(header.info.frames),
+                      joints = stored_joints(header.info);
   frames.resize(count);
   const Numbers time = source.values<double>("frame/time_s", {count});
   const Numbers q = source.values<double>("frame/q", {count, joints});

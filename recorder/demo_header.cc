@@ -1,6 +1,7 @@
 #include "recorder/demo_header.h"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 namespace flowscope {
@@ -11,11 +12,11 @@ using Json = nlohmann::ordered_json;
 // Far above any real demonstration; what they bound is the memory that a crafted file can ask for.
 constexpr std::uint64_t max_frames = 100'000, max_keyframes = 1'000, max_views = 16, max_side = 4'096;
 constexpr std::uint64_t max_state_values = 100'000, max_block_bytes = 1ull << 30;
+constexpr std::size_t max_name = 255, max_path = 4'096, sha256_digits = 64;
 
 Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json to_json(const ViewLayout& view) {
-  const CameraModel& camera = view.camera;
+Json to_json(const CameraModel& camera) {
   const Eigen::Vector4d wxyz = camera.world_from_camera.wxyz();
   return {{"camera", camera.name},
           {"width", camera.width},
@@ -27,10 +28,15 @@ Json to_json(const ViewLayout& view) {
           {"near_m", camera.near_m},
           {"far_m", camera.far_m},
           {"position", to_json(camera.world_from_camera.position)},
-          {"quaternion", {wxyz[0], wxyz[1], wxyz[2], wxyz[3]}},
-          {"depth_unit_m", view.depth_unit_m},
-          {"rgb_bytes", view.rgb_bytes},
-          {"depth_bytes", view.depth_bytes}};
+          {"quaternion", {wxyz[0], wxyz[1], wxyz[2], wxyz[3]}}};
+}
+
+Json to_json(const ViewLayout& view) {
+  Json json = to_json(view.camera);
+  json["depth_unit_m"] = view.depth_unit_m;
+  json["rgb_bytes"] = view.rgb_bytes;
+  json["depth_bytes"] = view.depth_bytes;
+  return json;
 }
 
 /// A value inside the header together with its path, so that a complaint can name the place.
@@ -41,6 +47,11 @@ class Node {
   Node operator[](const char* key) const {
     if (!json_.is_object() || !json_.contains(key)) fail(std::string("lacks \"") + key + "\"");
     return {json_.at(key), place_ + "." + key};
+  }
+  /// None where the key is missing: older files do not have it.
+  std::optional<Node> find(const char* key) const {
+    if (!json_.is_object() || !json_.contains(key)) return std::nullopt;
+    return (*this)[key];
   }
   std::vector<Node> items(std::uint64_t max_count) const {
     if (!json_.is_array()) fail("is not a list");
@@ -54,6 +65,22 @@ class Node {
   std::string text() const {
     if (!json_.is_string()) fail("is not text");
     return json_.get<std::string>();
+  }
+  std::string text(std::size_t max_size) const {
+    std::string value = text();
+    if (value.size() > max_size) fail("has more than " + std::to_string(max_size) + " characters");
+    return value;
+  }
+  /// Hexadecimal digits, or nothing.
+  std::string sha256() const {
+    const std::string value = text(sha256_digits);
+    const bool hex = value.find_first_not_of("0123456789abcdef") == std::string::npos;
+    if (!hex || (!value.empty() && value.size() != sha256_digits)) fail("is not a SHA-256");
+    return value;
+  }
+  bool truth() const {
+    if (!json_.is_boolean()) fail("is neither true nor false");
+    return json_.get<bool>();
   }
   double number() const {
     if (!json_.is_number()) fail("is not a number");
@@ -118,6 +145,38 @@ auto state_fields(Layout& state) {
                                 {"mat_rgba", &state.mat_rgba}}};
 }
 
+DemoOrigin parse_origin(const Node& root) {
+  DemoOrigin origin;
+  if (const auto robot = root.find("robot")) {
+    origin.robot = (*robot)["name"].text(max_name);
+    origin.joints = static_cast<int>((*robot)["joints"].count(Frame().q.size()));
+    if (origin.robot.empty()) (*robot)["name"].fail("is empty");
+    if (origin.joints == 0) (*robot)["joints"].fail("is 0");
+  }
+  if (const auto scene = root.find("scene")) {
+    const Node& from = *scene;
+    origin.scene = {from["file"].text(max_path), from["robot"].text(max_path), from["folder"].text(max_path),
+                    from["sha256"].sha256(), from["robot_sha256"].sha256()};
+    if (origin.scene->scene.empty()) from["file"].fail("is empty");
+    if (origin.scene->scene_sha256.empty()) from["sha256"].fail("is empty");
+  }
+  return origin;
+}
+
+/// Only what is known: a file of an older build, read and written again, stays the same.
+void put_origin(const DemoInfo& info, Json& json) {
+  const DemoOrigin& origin = info.origin;
+  if (!origin.robot.empty()) json["robot"] = {{"name", origin.robot}, {"joints", origin.joints}};
+  if (const auto& scene = origin.scene) {
+    json["scene"] = {{"file", scene->scene},
+                     {"robot", scene->robot},
+                     {"folder", scene->folder},
+                     {"sha256", scene->scene_sha256},
+                     {"robot_sha256", scene->robot_sha256}};
+  }
+  if (info.success) json["success"] = *info.success;
+}
+
 DemoHeader parse(const Node& root) {
   DemoHeader header;
   DemoInfo& info = header.info;
@@ -127,6 +186,8 @@ DemoHeader parse(const Node& root) {
   info.created = root["created"].text();
   info.frames = static_cast<int>(root["frames"].count(max_frames));
   header.simulator = root["simulator"].text();
+  info.origin = parse_origin(root);
+  if (const auto success = root.find("success")) info.success = success->truth();
   for (const Node& node : root["instructions"].items(1'000)) header.instructions.push_back(node.text());
   if (!header.instructions.empty()) info.instruction = header.instructions.front();
   header.bounds = {root["bounds"]["min"].vector3(), root["bounds"]["max"].vector3()};
@@ -171,19 +232,24 @@ std::string to_json_text(const DemoHeader& header) {
     for (const ViewLayout& layout : layouts) views.push_back(to_json(layout));
     observations.push_back(std::move(views));
   }
-  const Json json{{"task", header.info.task},
-                  {"variation", header.info.variation},
-                  {"seed", header.info.seed},
-                  {"created", header.info.created},
-                  {"simulator", header.simulator},
-                  {"frames", header.info.frames},
-                  {"instructions", header.instructions},
-                  {"bounds", {{"min", to_json(header.bounds.min)}, {"max", to_json(header.bounds.max)}}},
-                  {"state", std::move(state)},
-                  {"states_bytes", header.states_bytes},
-                  {"keyframes", header.keyframes},
-                  {"observations", std::move(observations)}};
+  Json json{{"task", header.info.task},
+            {"variation", header.info.variation},
+            {"seed", header.info.seed},
+            {"created", header.info.created},
+            {"simulator", header.simulator}};
+  put_origin(header.info, json);
+  json["frames"] = header.info.frames;
+  json["instructions"] = header.instructions;
+  json["bounds"] = {{"min", to_json(header.bounds.min)}, {"max", to_json(header.bounds.max)}};
+  json["state"] = std::move(state);
+  json["states_bytes"] = header.states_bytes;
+  json["keyframes"] = header.keyframes;
+  json["observations"] = std::move(observations);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_json_text(const CameraModel& camera) {
+  return to_json(camera).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 DemoHeader parse_demo_header(const std::string& text) {

@@ -1,4 +1,17 @@
 // The JSON header of a demonstration file: what is known about it before its blocks are read.
+//
+//   task, variation, seed, created, simulator, frames, instructions, bounds {min, max}
+//   robot {name, joints}          name of its description and number of its arm's joints
+//   scene {file, robot, folder,   only in a user's own scene: files as given to --scene and --robot, the
+//   folder
+//          sha256, robot_sha256}  where relative ones lie, fingerprints of the compiled scene and of the
+//                                 description (demo_origin.h)
+//   success                       whether the task's condition has held; left out where it has none
+//   state {scene, qpos, …}        numbers of values in each part of a state; states_bytes: their block
+//   keyframes                     indices of frames
+//   observations                  for the start and each keyframe: views with camera, size, lengths of blocks
+//
+// Files of older builds have no robot, scene and success: then these are not known.
 #pragma once
 
 #include <cstdint>
@@ -37,6 +50,9 @@ struct DemoHeader {
 };
 
 std::string to_json_text(const DemoHeader& header);
+/// A camera with the header's keys: enough to turn depth into points (see CameraModel). Pixels, metres, and
+/// the quaternion of world_from_camera as w, x, y, z.
+std::string to_json_text(const CameraModel& camera);
 
 /// Throws std::runtime_error naming the key. Everything is checked against caps, so that sizes may be
 /// trusted.

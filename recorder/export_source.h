@@ -20,9 +20,14 @@ struct ExportSource {
   std::string robot;      ///< its name
   /// Of a finger's joint, m (rad where it is a hinge).
   double finger_open = 0.04, finger_closed = 0;
-  std::size_t joints = 7;  ///< of the arm; what frames hold beyond is left out
+  std::size_t joints = 7;  ///< of the arm, for files that do not say; what frames hold beyond is left out
   double finger(double openness) const { return finger_closed + openness * (finger_open - finger_closed); }
 };
+
+/// How many of a frame's joints the robot has.
+inline std::size_t joints_of(const Demo& demo, const ExportSource& source) {
+  return demo.info.origin.joints > 0 ? static_cast<std::size_t>(demo.info.origin.joints) : source.joints;
+}
 
 /// The demonstration's own pictures of a frame: there are some of the first and of every keyframe. Null
 /// elsewhere.

@@ -141,6 +141,8 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<
   demo.instructions = episode.instructions;
   if (!demo.instructions.empty()) demo.info.instruction = demo.instructions.front();
   demo.info.created = utc_now();
+  demo.info.origin = world.task().origin();
+  if (!world.terms().empty()) demo.info.success = world.success();
   demo.simulator = std::string("MuJoCo ") + mj_versionString();
   demo.bounds = world.task().bounds();
   demo.start = observe(frames.front().state);

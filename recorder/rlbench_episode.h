@@ -1,14 +1,18 @@
 // RLBench's folder layout, as its own reader and the ones built on it (PerAct, 3D Diffuser Actor) take it:
 //
 //   <root>/<task>/variation<K>/episodes/episode<N>/     or all_variations/ instead of variation<K>/
-//     front_rgb/<i>.png, front_depth/<i>.png, …         rlbench_camera.h says how depth is packed
-//     low_dim_obs.pkl                                   rlbench.demo.Demo of
-//     rlbench.backend.observation.Observation variation_number.pkl, variation_descriptions.pkl flowscope.npz
-//     demo_arrays.h without pictures: what an import reads
+//     front_rgb/<i>.png, front_depth/<i>.png, …   rlbench_camera.h says how depth is packed
+//     low_dim_obs.pkl                             a Demo of Observations, both RLBench's classes
+//     variation_number.pkl
+//     variation_descriptions.pkl
+//     flowscope.npz                               demo_arrays.h without pictures: what an import reads
 //
 // Poses in the pickle are x, y, z, qx, qy, qz, qw; misc has <camera>_camera_extrinsics, _intrinsics, _near
 // and _far of each frame. What our simulation has not is None there: forces, masks, random_seed.
-// ignore_collisions, which is not recorded, is always 1.
+// ignore_collisions, which is not recorded, is always 1. joint_positions and joint_velocities have as many
+// numbers as the arm has joints, which RLBench's readers take as they come (its own arms have 6 or 7);
+// gripper_joint_positions are the first finger's, twice: metres, rad where it is a hinge. A scene of one
+// camera has only that one's folders: readers must ask for no other.
 #pragma once
 
 #include <filesystem>

@@ -37,9 +37,9 @@ void write_cameras(const std::vector<CameraModel>& cameras, PickleWriter& out) {
   }
 }
 
-void write_observation(const RlbenchMoment& moment, const ExportSource& source, PickleWriter& out) {
+void write_observation(const RlbenchMoment& moment, std::ptrdiff_t joints, const ExportSource& source,
+                       PickleWriter& out) {
   const Frame& frame = *moment.frame;
-  const auto joints = static_cast<std::ptrdiff_t>(source.joints);
   const auto attribute = [&](const char* name, const NamedArray& value) {
     out.text(name);
     out.array(value);
@@ -77,12 +77,13 @@ void write_observation(const RlbenchMoment& moment, const ExportSource& source, 
 Bytes rlbench_low_dim_pickle(const Demo& demo, const std::vector<RlbenchMoment>& moments,
                              const ExportSource& source) {
   PickleWriter out;
+  const auto joints = static_cast<std::ptrdiff_t>(joints_of(demo, source));
   out.object("rlbench.demo", "Demo", [&] {
     out.text("_observations");
     out.list([&] {
       for (const RlbenchMoment& moment : moments) {
         out.object("rlbench.backend.observation", "Observation",
-                   [&] { write_observation(moment, source, out); });
+                   [&] { write_observation(moment, joints, source, out); });
       }
     });
     out.text("random_seed");

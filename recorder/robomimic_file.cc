@@ -38,6 +38,7 @@ RobomimicWriter::RobomimicWriter(const std::filesystem::path& file) : file_(file
 
 void RobomimicWriter::add(const Demo& demo, const ExportSource& source) {
   if (demo.frames.size() < 2) throw std::invalid_argument("a demonstration of one frame has no action");
+  require_same_joints(joints_of(demo, source));
   const std::string group = "data/" + demo_name(tasks_.size());
   for (NamedArray& array : arrays_of(demo, ArrayParts::all)) {
     file_.write(under(group, {exact_group + 1 + array.name, array.spec, std::move(array.data)}));
@@ -45,10 +46,23 @@ void RobomimicWriter::add(const Demo& demo, const ExportSource& source) {
   write_samples(group, demo, source);
   if (source.observe) write_pictures(group, demo, source);
   tasks_.push_back(demo.info.task);
+  unfinished_.push_back(demo.info.unfinished());
   samples_ += static_cast<std::int64_t>(demo.frames.size()) - 1;
   simulator_ = demo.simulator;
   for (const View& view : demo.start.views) add_new(cameras_, view.camera.name);
-  if (!source.robot.empty()) add_new(robots_, source.robot);
+  const std::string& robot = demo.info.origin.robot.empty() ? source.robot : demo.info.origin.robot;
+  if (!robot.empty()) add_new(robots_, robot);
+}
+
+/// robomimic takes all shapes from the file's first demonstration.
+void RobomimicWriter::require_same_joints(std::size_t joints) {
+  if (tasks_.empty()) joints_ = joints;
+  if (joints != joints_) {
+    throw std::invalid_argument("its robot has " + std::to_string(joints) + " joints, that of those before " +
+                                std::to_string(joints_) +
+                                ": robomimic wants one shape in a file, so give "
+                                "each robot a file of its own");
+  }
 }
 
 void RobomimicWriter::write_samples(const std::string& group, const Demo& demo, const ExportSource& source) {
@@ -113,7 +127,7 @@ void RobomimicWriter::finish() {
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     const bool valid = i % validation_every == validation_every - 1 ||
                        (tasks_.size() < validation_every && tasks_.size() > 1 && i + 1 == tasks_.size());
-    masks[valid ? "valid" : "train"].push_back(demo_name(i));
+    masks[unfinished_[i] ? "unfinished" : valid ? "valid" : "train"].push_back(demo_name(i));
     masks[tasks_[i]].push_back(demo_name(i));
   }
   for (const auto& [name, demos] : masks) file_.write_names("mask/" + name, demos);

@@ -67,9 +67,8 @@ void add_actions(const std::vector<FrameAction>& actions, std::vector<NamedArray
   add("action_dict/gripper", [](const A& a) { return Numbers{a.gripper}; });
 }
 
-void add_observations(const std::string& group, std::span<const Frame> frames, const ExportSource& source,
-                      std::vector<NamedArray>& out) {
-  const auto joints = static_cast<std::ptrdiff_t>(source.joints);
+void add_observations(const std::string& group, std::span<const Frame> frames, std::ptrdiff_t joints,
+                      const ExportSource& source, std::vector<NamedArray>& out) {
   const auto add = [&](const std::string& name, auto&& row) {
     out.push_back(table(group + name, frames, row));
   };
@@ -100,12 +99,13 @@ std::vector<NamedArray> robomimic_samples(const Demo& demo, const ExportSource& 
   add_actions(frame_actions(demo.frames), out);
   Numbers rewards(samples, 0.0);
   std::vector<std::int64_t> dones(samples, 0);
-  rewards.back() = 1;
+  rewards.back() = demo.info.unfinished() ? 0 : 1;
   dones.back() = 1;
   out.push_back(make_array<double>("rewards", {samples}, rewards));
   out.push_back(make_array<std::int64_t>("dones", {samples}, dones));
-  add_observations("obs/", frames.first(samples), source, out);
-  add_observations("next_obs/", frames.last(samples), source, out);
+  const auto joints = static_cast<std::ptrdiff_t>(joints_of(demo, source));
+  add_observations("obs/", frames.first(samples), joints, source, out);
+  add_observations("next_obs/", frames.last(samples), joints, source, out);
   return out;
 }
 

@@ -13,6 +13,7 @@
 #include "recorder/kinematics.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
+#include "recorder/scene_origin.h"
 #include "recorder/world_robot.h"
 
 namespace flowscope {
@@ -29,12 +30,13 @@ class NoTerms : public SuccessCheck {
 class SceneTask : public Task {
  public:
   SceneTask(std::string name, std::string instruction, ModelPtr model, RobotDescription robot,
-            std::vector<double> start)
+            std::vector<double> start, SceneOrigin origin)
       : name_(std::move(name)),
         instruction_(std::move(instruction)),
         model_(std::move(model)),
         robot_(std::move(robot)),
-        start_(std::move(start)) {
+        start_(std::move(start)),
+        origin_(std::move(origin)) {
     // A recorded frame is a whole number of physics steps.
     const double steps = std::ceil(frame_s / std::min(model_->opt.timestep, kLongestStep_s) - 1e-9);
     model_->opt.timestep = frame_s / steps;
@@ -52,6 +54,11 @@ class SceneTask : public Task {
   int keyframes() const override { return 30; }
   const mjModel* model() const override { return model_.get(); }
   const RobotDescription& robot() const override { return robot_; }
+  DemoOrigin origin() const override {
+    DemoOrigin origin = Task::origin();
+    origin.scene = origin_;
+    return origin;
+  }
 
   Episode reset(mjModel* model, mjData* data, int variation, std::uint64_t seed) const override {
     if (variation != 0) throw std::invalid_argument("the scene " + name_ + " has variation 0 only");
@@ -72,6 +79,7 @@ class SceneTask : public Task {
   ModelPtr model_;
   RobotDescription robot_;
   std::vector<double> start_;  ///< positions that it begins with
+  SceneOrigin origin_;
 };
 
 std::string scene_name(const std::filesystem::path& file) {
@@ -83,11 +91,17 @@ std::string scene_name(const std::filesystem::path& file) {
   return name;
 }
 
+/// A user's description; none where there is no robot or it is one of ours.
+std::filesystem::path robot_file(const std::string& robot, const std::filesystem::path& assets) {
+  const bool is_ours = !std::filesystem::is_regular_file(robot) &&
+                       std::filesystem::is_regular_file(assets / "robots" / (robot + ".yaml"));
+  return is_ours ? "" : robot;
+}
+
 RobotDescription find_robot(const std::string& robot, const std::filesystem::path& assets) {
   if (robot.empty()) return {};
-  const auto ours = assets / "robots" / (robot + ".yaml");
-  const bool is_ours = !std::filesystem::exists(robot) && std::filesystem::is_regular_file(ours);
-  return read_robot(is_ours ? ours : std::filesystem::path(robot));
+  const auto file = robot_file(robot, assets);
+  return read_robot(file.empty() ? assets / "robots" / (robot + ".yaml") : file);
 }
 
 /// Name of an XML text's first element.
@@ -142,7 +156,8 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   std::vector<double> start(model->qpos0, model->qpos0 + model->nq);
   if (raw->nkey > 0 && raw->nq == model->nq) start.assign(raw->key_qpos, raw->key_qpos + raw->nq);
   return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
-                                     std::move(robot), std::move(start));
+                                     std::move(robot), std::move(start),
+                                     scene_origin(call, raw.get(), robot_file(call.robot, assets)));
 }
 
 }  // namespace

@@ -16,6 +16,8 @@ bool is_task_folder(const std::filesystem::path& path) {
 
 }  // namespace
 
+DemoOrigin Task::origin() const { return {robot().name, static_cast<int>(robot().joints.size()), {}}; }
+
 TaskLibrary::TaskLibrary(std::filesystem::path assets, std::vector<std::filesystem::path> extra)
     : assets_(std::move(assets)) {
   extra.insert(extra.begin(), assets_ / "tasks");

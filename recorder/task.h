@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "recorder/demo_origin.h"
 #include "recorder/robot.h"
 #include "recorder/script.h"
 #include "recorder/success_term.h"
@@ -62,6 +63,8 @@ class Task {
   virtual const mjModel_* model() const = 0;
   /// The robot in that scene; an empty description when it has none.
   virtual const RobotDescription& robot() const = 0;
+  /// What its demonstrations say of where they come from.
+  virtual DemoOrigin origin() const;
   /// Places and colours everything in model/data for this variation and seed and settles nothing (the world
   /// does). `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
   virtual Episode reset(mjModel_* model, mjData_* data, int variation, std::uint64_t seed) const = 0;

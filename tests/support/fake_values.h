@@ -60,9 +60,17 @@ inline FlowTrace fake_trace(const std::string& id, int flow_steps, std::uint64_t
 
 inline Demo fake_demo(const std::string& id, std::uint64_t seed) {
   Demo demo;
-  demo.info = {
-      id, "push_buttons", 0, seed, "push the red button, then the blue button", "2026-01-02T03:04:05Z", 120,
-      3,  1843200};
+  demo.info = {id,
+               "push_buttons",
+               0,
+               seed,
+               "push the red button, then the blue button",
+               "2026-01-02T03:04:05Z",
+               120,
+               3,
+               1843200,
+               {"panda", 7, {}},
+               true};
   demo.instructions = {demo.info.instruction, "press red, then blue"};
   demo.bounds = {{-0.1, -0.5, 0.75}, {0.6, 0.5, 1.4}};
   for (int i = 0; i < demo.info.frames; ++i) {
