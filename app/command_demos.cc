@@ -38,6 +38,10 @@ std::vector<std::string> ids_of(const WhichDemos& which, const DemoStore& store,
   return ids;
 }
 
+std::string robot_text(const DemoOrigin& origin) {
+  return origin.robot.empty() ? "unknown robot" : origin.robot;
+}
+
 void add_demos_command(CLI::App& root, Context& context) {
   CLI::App* demos = root.add_subcommand("demos", "Look at demonstrations and look after them");
   demos->require_subcommand(1);

@@ -40,6 +40,9 @@ void add_which_option(CLI::App& command, WhichDemos& which);
 /// Throws UsageError when neither or both were given, or an id is unknown.
 std::vector<std::string> ids_of(const WhichDemos& which, const DemoStore& store, const Context& context);
 
+/// Name of the robot, or that the file does not say.
+std::string robot_text(const DemoOrigin& origin);
+
 void add_demos_list(CLI::App& demos, Context& context);      ///< list, show
 void add_demos_check(CLI::App& demos, Context& context);     ///< check
 void add_demos_delete(CLI::App& demos, Context& context);    ///< delete, restore, bin

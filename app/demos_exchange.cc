@@ -30,7 +30,8 @@ struct Place {
 
 struct ExportCall {
   Place place;
-  std::vector<std::string> ids, task_dirs;
+  std::vector<std::string> ids;
+  DemoScenes scenes;
   std::string task, pictures;
   bool all_variations = false;
 };
@@ -67,7 +68,7 @@ int export_chosen(const ExportCall& call, const Context& context) {
   plan.target = call.place.path();
   plan.every_frame = call.pictures.empty() ? plan.format == ExchangeFormat::rlbench : call.pictures == "all";
   plan.all_variations = call.all_variations;
-  plan.task_dirs.assign(call.task_dirs.begin(), call.task_dirs.end());
+  plan.scenes = call.scenes;
   if (plan.every_frame && plan.format == ExchangeFormat::npz) {
     throw UsageError("--pictures all: an NPZ file holds the pictures of the keyframes");
   }
@@ -92,17 +93,19 @@ int import_all(const Place& place, const Context& context) {
   place.require_one();
   const FileLock lock = lock_data(context.data, "demos import");
   const DemoStore store(context.data);
-  std::vector<std::string> ids;
+  Imported imported;
   try {
-    ids = import_demos(store, place.format(), place.path(), [](int, const std::string&) {});
+    imported = import_demos(store, place.format(), place.path(), [](int, const std::string&) {});
   } catch (const BadImport& error) {
     throw UsageError(error.what());
   }
   if (context.json) {
-    print_json({{"imported", ids}});
+    print_json({{"imported", imported.ids}, {"known", imported.known}});
   } else {
-    for (const std::string& id : ids) std::printf("%s\n", id.c_str());
-    std::printf("%zu imported into %s\n", ids.size(), context.data.c_str());
+    for (const std::string& id : imported.ids) std::printf("%s\n", id.c_str());
+    std::printf("%zu imported into %s", imported.ids.size(), context.data.c_str());
+    if (imported.known > 0) std::printf("; %d skipped, they are there already", imported.known);
+    std::printf("\n");
   }
   return 0;
 }
@@ -122,13 +125,12 @@ void add_demos_exchange(CLI::App& demos, Context& context) {
       ->check(CLI::IsMember({"keyframes", "all"}));
   out->add_flag("--all-variations", call->all_variations,
                 "RLBench: one folder all_variations, as PerAct reads it, instead of one for each");
-  out->add_option("--tasks", call->task_dirs, "Folder of further tasks")
-      ->type_name("DIR")
-      ->allow_extra_args(false);
+  add_demo_scene_options(*out, call->scenes);
   set_body(*out, context, [call, &context] { return export_chosen(*call, context); });
 
   CLI::App* in =
-      add_demos_part(demos, context, "import", "Read back what export wrote; all of it or nothing");
+      add_demos_part(demos, context, "import",
+                     "Read back what export wrote, all of it or nothing; what is here already is skipped");
   auto place = std::make_shared<Place>();
   add_place(*in, *place);
   set_body(*in, context, [place, &context] { return import_all(*place, context); });

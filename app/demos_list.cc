@@ -16,18 +16,37 @@ int list_demos(const Context& context) {
   for (const DemoInfo& info : open_store(context).list()) {
     demos.push_back(wire::to_json(info));
     if (context.json) continue;
-    std::printf("%-44s variation %2d  seed %-6llu %4d frames %3d keyframes %7.1f kB  %s\n", info.id.c_str(),
-                info.variation, static_cast<unsigned long long>(info.seed), info.frames, info.keyframes,
-                static_cast<double>(info.bytes) / 1e3, info.instruction.c_str());
+    std::printf("%-44s %-13s variation %2d  seed %-6llu %4d frames %3d keyframes %7.1f kB  %s%s\n",
+                info.id.c_str(), robot_text(info.origin).c_str(), info.variation,
+                static_cast<unsigned long long>(info.seed), info.frames, info.keyframes,
+                static_cast<double>(info.bytes) / 1e3, info.unfinished() ? "(unfinished) " : "",
+                info.instruction.c_str());
   }
   if (context.json) print_json({{"demos", demos}});
   return 0;
+}
+
+void print_origin(const DemoInfo& info) {
+  const auto& scene = info.origin.scene;
+  if (info.origin.robot.empty()) {
+    std::printf(
+        "robot        not recorded, nor whether it was a scene of --scene: the file is of an older build\n");
+  } else {
+    std::printf("robot        %s, %d joints\n", info.origin.robot.c_str(), info.origin.joints);
+  }
+  if (scene) {
+    std::printf("scene        %s, robot %s%s%s\n", scene->scene.c_str(), scene->robot.c_str(),
+                scene->folder.empty() ? "" : ", from ", scene->folder.c_str());
+    std::printf("             SHA-256 %s\n", scene->scene_sha256.c_str());
+  }
+  if (info.success) std::printf("success      %s\n", *info.success ? "yes" : "no: saved unfinished");
 }
 
 void print_demo(const Demo& demo) {
   std::printf("%s\n", demo.info.id.c_str());
   std::printf("task         %s, variation %d, seed %llu\n", demo.info.task.c_str(), demo.info.variation,
               static_cast<unsigned long long>(demo.info.seed));
+  print_origin(demo.info);
   std::printf("created      %s\n", demo.info.created.c_str());
   std::printf("simulator    %s\n", demo.simulator.empty() ? "not recorded" : demo.simulator.c_str());
   for (const std::string& instruction : demo.instructions) {

@@ -1,15 +1,14 @@
 // flowscope demos merge: the demonstrations of other data folders, each once.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/data_lock.h"
+#include "app/demo_contents.h"
 #include "app/demos_command.h"
 #include "recorder/demo_check.h"
 #include "recorder/demo_file.h"
-#include "recorder/sha256.h"
 
 namespace flowscope::app {
 namespace {
@@ -20,17 +19,6 @@ struct Merged {
   Json copied = Json::array(), renamed = Json::array(), broken = Json::array();
   int identical = 0;
 };
-
-/// Another folder's files, unreadable ones too: those are named, not passed over.
-std::vector<std::filesystem::path> demo_files_of(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "demos")) {
-    const auto& path = entry.path();
-    if (path.extension() == ".demo" && !path.filename().string().starts_with('.')) files.push_back(path);
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 void require_other_folders(const std::vector<std::string>& folders, const Context& context) {
   for (const std::string& folder : folders) {
@@ -43,19 +31,19 @@ void require_other_folders(const std::vector<std::string>& folders, const Contex
   }
 }
 
-void merge_file(const std::filesystem::path& file, const DemoStore& store, std::set<std::string>& known,
+void merge_file(const std::filesystem::path& file, const DemoStore& store, DemoContents& contents,
                 Merged& merged) {
   const std::string id = file.stem().string();
   try {
     const Bytes bytes = read_demo_bytes(file);
-    if (known.contains(sha256_hex(bytes))) {
+    if (contents.has(bytes)) {
       ++merged.identical;
       return;
     }
     const std::string problem = find_incoherence(decode_demo(bytes, file, DemoParts::all));
     if (!problem.empty()) throw BadDemo(file.string() + ": " + problem);
     const std::string got = store.adopt(bytes, id);
-    known.insert(sha256_hex(bytes));
+    contents.add(bytes);
     merged.copied.push_back(got);
     if (got != id) merged.renamed.push_back({{"from", file.string()}, {"id", got}});
   } catch (const BadDemo& error) {
@@ -67,20 +55,36 @@ void merge_file(const std::filesystem::path& file, const DemoStore& store, std::
   }
 }
 
+/// How many of each robot the folder holds now: each file says what it is, so they may lie together, but one
+/// policy learns from one of them.
+std::map<std::string, int> robots_of(const DemoStore& store) {
+  std::map<std::string, int> robots;
+  for (const DemoInfo& info : store.list()) ++robots[robot_text(info.origin)];
+  return robots;
+}
+
+void print_robots(const std::map<std::string, int>& robots) {
+  const std::size_t unknown = robots.contains(robot_text({})) ? 1 : 0;
+  if (robots.size() - unknown < 2) return;
+  std::printf("several robots lie here now; train takes one of them (--tasks):");
+  for (const auto& [robot, count] : robots) std::printf(" %d %s", count, robot.c_str());
+  std::printf("\n");
+}
+
 int merge(const std::vector<std::string>& folders, const Context& context) {
   require_other_folders(folders, context);
   const FileLock lock = lock_data(context.data, "demos merge");
   const DemoStore store(context.data);
-  std::set<std::string> known;
-  for (const auto& file : demo_files_of(context.data)) known.insert(sha256_hex(read_demo_bytes(file)));
+  DemoContents contents(store);
   Merged merged;
   for (const std::string& folder : folders) {
-    for (const auto& file : demo_files_of(folder)) merge_file(file, store, known, merged);
+    for (const auto& file : demo_files_of(folder)) merge_file(file, store, contents, merged);
   }
   if (context.json) {
     print_json({{"copied", merged.copied},
                 {"identical", merged.identical},
                 {"renamed", merged.renamed},
+                {"robots", robots_of(store)},
                 {"broken", merged.broken}});
   } else {
     for (const auto& [what, value] : merged.renamed.items()) {
@@ -89,6 +93,7 @@ int merge(const std::vector<std::string>& folders, const Context& context) {
     }
     std::printf("%zu copied, %d were there already, %zu left out as broken\n", merged.copied.size(),
                 merged.identical, merged.broken.size());
+    print_robots(robots_of(store));
   }
   return merged.broken.empty() ? 0 : 1;
 }

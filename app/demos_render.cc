@@ -7,6 +7,7 @@
 #include "app/demo_tasks.h"
 #include "app/demos_command.h"
 #include "app/progress.h"
+#include "recorder/demo_header.h"
 #include "render/depth_png.h"
 #include "render/encode.h"
 #include "render/renderer.h"
@@ -62,21 +63,6 @@ std::string numbered(const char* what, int frame) {
   return name;
 }
 
-/// Enough to turn depth into points: see CameraModel.
-Json camera_json(const CameraModel& camera) {
-  const Pose& pose = camera.world_from_camera;
-  const Eigen::Vector4d q = pose.wxyz();
-  return {{"name", camera.name},
-          {"width", camera.width},
-          {"height", camera.height},
-          {"fx", camera.fx},
-          {"fy", camera.fy},
-          {"cx", camera.cx},
-          {"cy", camera.cy},
-          {"position", {pose.position.x(), pose.position.y(), pose.position.z()}},
-          {"quaternion", {q[0], q[1], q[2], q[3]}}};
-}
-
 /// Writes the pictures of one frame and tells where they are.
 Json write_frame(const RenderCall& call, Renderer& renderer, const SceneState& state, int frame) {
   const CameraModel camera = camera_of(call, renderer, state);
@@ -91,7 +77,8 @@ Json write_frame(const RenderCall& call, Renderer& renderer, const SceneState& s
   } else {
     write_png(picture, renderer.draw(state, camera));
   }
-  entry["camera"] = camera_json(camera);
+  entry["camera"] = Json::parse(to_json_text(camera));
+  entry["camera"]["name"] = camera.name;
   return entry;
 }
 
@@ -101,8 +88,8 @@ int render(RenderCall call, const Context& context) {
   const DemoStore store = open_store(context);
   const Demo demo = with_known_id([&] { return store.load(call.id); });
   const std::vector<int> frames = frames_of(call, demo);
-  const DemoTasks tasks(call.scenes);
-  const std::shared_ptr<const Task> task = tasks.get(demo.info.task);
+  DemoTasks tasks(call.scenes);
+  const std::shared_ptr<const Task> task = tasks.get(demo.info);
   RendererOptions options;
   options.max_width = call.width;
   options.max_height = call.height;

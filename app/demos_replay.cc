@@ -19,8 +19,8 @@ struct ReplayCall {
   DemoScenes scenes;
 };
 
-ReplayReport replay_one(const ReplayCall& call, const DemoTasks& tasks, const Demo& demo) {
-  const std::shared_ptr<const Task> task = tasks.get(demo.info.task);
+ReplayReport replay_one(const ReplayCall& call, DemoTasks& tasks, const Demo& demo) {
+  const std::shared_ptr<const Task> task = tasks.get(demo.info);
   if (call.by == "states") return replay_states(task, demo);
   if (call.by == "targets") return replay_targets(task, demo);
   return replay_actions(task, demo, [&](World& world, const GripperAction& action, const FrameSink& sink) {
@@ -70,7 +70,7 @@ void print_replay(const Demo& demo, const ReplayReport& report) {
 int replay(const ReplayCall& call, const Context& context) {
   const DemoStore store = open_store(context);
   const std::vector<std::string> ids = ids_of(call.which, store, context);
-  const DemoTasks tasks(call.scenes);
+  DemoTasks tasks(call.scenes);
   Json demos = Json::array();
   int successes = 0;
   for (const std::string& id : ids) {

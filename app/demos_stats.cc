@@ -1,6 +1,8 @@
 // flowscope demos stats: how much of what a store holds.
 #include <CLI/CLI.hpp>
+#include <compare>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/demos_command.h"
@@ -20,11 +22,25 @@ Json box_json(const Box& box) {
   return {{"min", corner(box.min)}, {"max", corner(box.max)}};
 }
 
-Json task_json(const std::string& task, const TaskStats& stats) {
+/// What belongs together: one task, robot and scene.
+struct Kind {
+  std::string task, robot, scene, scene_sha256;
+  explicit Kind(const DemoInfo& info) : task(info.task), robot(info.origin.robot) {
+    if (const auto& origin = info.origin.scene) scene = origin->scene, scene_sha256 = origin->scene_sha256;
+  }
+  auto operator<=>(const Kind&) const = default;
+};
+
+Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+Json task_json(const Kind& kind, const TaskStats& stats) {
   Json variations = Json::object();
   for (const auto& [variation, count] : stats.by_variation) variations[std::to_string(variation)] = count;
-  return {{"task", task},
+  return {{"task", kind.task},
+          {"robot", text_or_null(kind.robot)},
+          {"scene", text_or_null(kind.scene)},
           {"demos", stats.demos},
+          {"unfinished", stats.unfinished},
           {"variations", variations},
           {"frames", spread_json(stats.frames)},
           {"keyframes", spread_json(stats.keyframes)},
@@ -38,12 +54,15 @@ Json task_json(const std::string& task, const TaskStats& stats) {
           {"bytes", stats.bytes}};
 }
 
-void print_task(const std::string& task, const TaskStats& stats) {
+void print_task(const Kind& kind, const TaskStats& stats) {
   const auto line = [](const char* what, const Spread& s, const char* unit) {
     std::printf("  %-16s mean %.1f, %.1f to %.1f%s\n", what, s.mean(), s.min, s.max, unit);
   };
-  std::printf("%s: %d demonstrations of %zu variations, %.1f MB\n", task.c_str(), stats.demos,
+  std::printf("%s: %d demonstrations of %zu variations, %.1f MB\n", kind.task.c_str(), stats.demos,
               stats.by_variation.size(), static_cast<double>(stats.bytes) / 1e6);
+  std::printf("  %-16s %s%s%s\n", "robot", kind.robot.empty() ? "not recorded" : kind.robot.c_str(),
+              kind.scene.empty() ? "" : ", in ", kind.scene.c_str());
+  if (stats.unfinished > 0) std::printf("  %-16s %d\n", "unfinished", stats.unfinished);
   line("frames", stats.frames, "");
   line("keyframes", stats.keyframes, "");
   line("duration", stats.seconds, " s");
@@ -58,21 +77,21 @@ void print_task(const std::string& task, const TaskStats& stats) {
 
 int stats(const Context& context) {
   const DemoStore store = open_store(context);
-  std::map<std::string, TaskStats> by_task;
+  std::map<Kind, TaskStats> by_kind;
   Json unreadable = Json::array();
   for (const DemoInfo& info : store.list()) {
     try {
-      by_task[info.task].add(store.load_keyframes(info.id));
+      by_kind[Kind(info)].add(store.load_keyframes(info.id));
     } catch (const BadDemo& error) {
       std::fprintf(stderr, "%s\n", error.what());
       unreadable.push_back(info.id);
     }
   }
-  std::erase_if(by_task, [](const auto& entry) { return entry.second.demos == 0; });
+  std::erase_if(by_kind, [](const auto& entry) { return entry.second.demos == 0; });
   Json tasks = Json::array();
-  for (const auto& [task, its] : by_task) {
-    tasks.push_back(task_json(task, its));
-    if (!context.json) print_task(task, its);
+  for (const auto& [kind, its] : by_kind) {
+    tasks.push_back(task_json(kind, its));
+    if (!context.json) print_task(kind, its);
   }
   if (context.json) print_json({{"tasks", tasks}, {"unreadable", unreadable}});
   return 0;
@@ -81,8 +100,9 @@ int stats(const Context& context) {
 }  // namespace
 
 void add_demos_stats(CLI::App& demos, Context& context) {
-  CLI::App* command = add_demos_part(demos, context, "stats",
-                                     "Task by task: how many, how long, how fast, where the tool has been");
+  CLI::App* command =
+      add_demos_part(demos, context, "stats",
+                     "Task by task, robot by robot: how many, how long, how fast, where the tool has been");
   set_body(*command, context, [&context] { return stats(context); });
 }
 

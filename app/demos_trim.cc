@@ -24,23 +24,25 @@ struct TrimCall {
 /// One renderer at a time: the demonstrations of a store mostly come task by task.
 class Photographer {
  public:
-  explicit Photographer(const DemoTasks& tasks) : tasks_(tasks) {}
-  /// With the cameras, and at the size, of `like`.
-  Observation operator()(const SceneState& state, const Observation& like) {
-    if (!renderer_ || state.scene != scene_) {
+  explicit Photographer(DemoTasks& tasks) : tasks_(tasks) {}
+  /// With the cameras, and at the size, of the demonstration's first pictures.
+  Observation operator()(const SceneState& state, const Demo& demo) {
+    const std::shared_ptr<const Task> task = tasks_.get(demo.info);
+    if (!renderer_ || task != task_) {
       renderer_.reset();
-      renderer_.emplace(tasks_.get(state.scene)->model(), state.scene);
-      scene_ = state.scene;
+      renderer_.emplace(task->model(), state.scene);
+      task_ = task;
     }
+    const Observation& like = demo.start;
     std::vector<std::string> cameras;
     for (const View& view : like.views) cameras.push_back(view.camera.name);
     return renderer_->observe_all(state, cameras, like.views.empty() ? 0 : like.views.front().camera.width);
   }
 
  private:
-  const DemoTasks& tasks_;
+  DemoTasks& tasks_;
+  std::shared_ptr<const Task> task_;  ///< outlives the renderer, which draws its model
   std::optional<Renderer> renderer_;
-  std::string scene_;
 };
 
 Json trim_one(const DemoStore& store, const std::string& id, bool dry_run, Photographer& photographer) {
@@ -48,7 +50,7 @@ Json trim_one(const DemoStore& store, const std::string& id, bool dry_run, Photo
   const FrameSpan span = busy_span(demo);
   const int at_start = span.first, at_end = demo.info.frames - 1 - span.last;
   if (at_start + at_end > 0 && !dry_run) {
-    const Observe observe = [&](const SceneState& state) { return photographer(state, demo.start); };
+    const Observe observe = [&](const SceneState& state) { return photographer(state, demo); };
     store.replace(id, trimmed(demo, span, observe));
   }
   return {{"id", id}, {"frames", demo.info.frames}, {"cut_start", at_start}, {"cut_end", at_end}};
@@ -66,7 +68,7 @@ int trim(const TrimCall& call, const Context& context) {
   const std::vector<std::string> ids = ids_of(call.which, store, context);
   std::optional<FileLock> lock;
   if (!call.dry_run) lock.emplace(lock_data(context.data, "demos trim"));
-  const DemoTasks tasks(call.scenes);
+  DemoTasks tasks(call.scenes);
   Photographer photographer(tasks);
   Json demos = Json::array();
   int changed = 0, cut_frames = 0, unreadable = 0;

@@ -1,5 +1,6 @@
 #include "app/exchange.h"
 
+#include "app/demo_contents.h"
 #include "recorder/demo_file.h"
 #include "recorder/npz_demos.h"
 #include "recorder/rlbench_episode.h"
@@ -53,7 +54,7 @@ void for_each_demo(const DemoStore& store, const std::vector<std::string>& ids,
 void export_demos(const DemoStore& store, const std::vector<std::string>& ids, const ExportPlan& plan,
                   const ExchangeProgress& progress) {
   const bool rlbench = plan.format == ExchangeFormat::rlbench;
-  ExportScenes scenes(plan.task_dirs, {plan.every_frame, rlbench});
+  ExportScenes scenes(plan.scenes, {plan.every_frame, rlbench});
   if (rlbench) {
     for_each_demo(store, ids, progress, [&](const Demo& demo) {
       write_rlbench_episode(plan.target, demo, scenes.source_for(demo),
@@ -82,8 +83,8 @@ void export_demos(const DemoStore& store, const std::vector<std::string>& ids, c
   file.commit();
 }
 
-std::vector<std::string> import_demos(const DemoStore& store, ExchangeFormat format,
-                                      const std::filesystem::path& source, const ExchangeProgress& progress) {
+Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::filesystem::path& source,
+                      const ExchangeProgress& progress) {
   Shelf shelf;
   try {
     shelf = open_shelf(format, source);
@@ -93,17 +94,25 @@ std::vector<std::string> import_demos(const DemoStore& store, ExchangeFormat for
     const std::string what = error.what();
     throw BadImport(what.starts_with(source.string()) ? what : source.string() + ": " + what);
   }
-  std::vector<std::string> ids;
+  app::DemoContents contents(store);
+  Imported imported;
   try {
     for (int i = 0; i < shelf.count; ++i) {
-      ids.push_back(store.save(shelf.read(i)));
-      progress(i + 1, ids.back());
+      const Demo demo = shelf.read(i);
+      const Bytes file = encode_demo(demo);
+      if (contents.has(file)) {
+        ++imported.known;
+        continue;
+      }
+      contents.add(file);
+      imported.ids.push_back(store.save(demo));
+      progress(i + 1, imported.ids.back());
     }
   } catch (...) {
-    for (const std::string& id : ids) store.remove(id);
+    for (const std::string& id : imported.ids) store.remove(id);
     throw;
   }
-  return ids;
+  return imported;
 }
 
 }  // namespace flowscope

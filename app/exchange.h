@@ -18,7 +18,7 @@ struct ExportPlan {
   std::filesystem::path target;  ///< a file, or RLBench's root folder
   bool every_frame = false;      ///< pictures of every frame, re-drawn from the states
   bool all_variations = false;   ///< RLBench: one folder for all
-  std::vector<std::filesystem::path> task_dirs;
+  app::DemoScenes scenes;
 };
 
 /// Told after each demonstration: how many are done, and which was the last.
@@ -36,9 +36,14 @@ class BadImport : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+struct Imported {
+  std::vector<std::string> ids;  ///< the new ones
+  int known = 0;                 ///< left out: the very same lie in the data folder already
+};
+
 /// Reads everything before it saves anything; what it saved goes again when a later one cannot be saved.
-/// Returns the new ids. Throws BadImport, or what DemoStore::save throws.
-std::vector<std::string> import_demos(const DemoStore& store, ExchangeFormat format,
-                                      const std::filesystem::path& source, const ExchangeProgress& progress);
+/// Throws BadImport, or what DemoStore::save throws.
+Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::filesystem::path& source,
+                      const ExchangeProgress& progress);
 
 }  // namespace flowscope

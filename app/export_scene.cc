@@ -3,15 +3,16 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "app/cli.h"
 #include "recorder/scene_facts.h"
-#include "recorder/task.h"
 #include "render/renderer.h"
 
 namespace flowscope {
 
 struct ExportScenes::Scene {
   std::string name;
-  std::shared_ptr<const Task> task;  ///< null: not installed here
+  DemoOrigin origin;
+  std::shared_ptr<const Task> task;  ///< null: not here as it was
   std::string reason;                ///< why not
   std::string model_xml;
   std::unique_ptr<Renderer> renderer;
@@ -19,12 +20,19 @@ struct ExportScenes::Scene {
 
 namespace {
 
-/// Upright over the middle of the workspace: the top of its picture is far from the robot.
-CameraModel overhead_camera(const CameraModel& like) {
+/// Over the middle of the benchmark's workspace, or high enough over a user's own scene.
+Eigen::Vector3d overhead_place(const Demo& demo) {
+  if (!demo.info.origin.scene) return {0.25, 0, 2.05};
+  const Eigen::Vector3d middle = (demo.bounds.min + demo.bounds.max) / 2, half = demo.bounds.max - middle;
+  return middle + Eigen::Vector3d(0, 0, 2.5 * half.maxCoeff());
+}
+
+/// Upright: the top of its picture is far from the robot.
+CameraModel overhead_camera(const CameraModel& like, const Eigen::Vector3d& place) {
   Eigen::Matrix3d axes;  // columns: x right, y down, z forward, seen from the world
   axes << 0, -1, 0, -1, 0, 0, 0, 0, -1;
   CameraModel camera = CameraModel::from_vertical_fov(
-      "overhead", like.width, like.height, std::numbers::pi / 4, {{0.25, 0, 2.05}, Eigen::Quaterniond(axes)});
+      "overhead", like.width, like.height, std::numbers::pi / 4, {place, Eigen::Quaterniond(axes)});
   camera.near_m = like.near_m;
   camera.far_m = like.far_m;
   return camera;
@@ -43,30 +51,33 @@ Observation take_pictures(Renderer& renderer, const Demo& demo, int frame, bool 
     }
   }
   if (overhead && !observation.views.empty()) {
-    observation.views.push_back(renderer.observe(state, overhead_camera(observation.views.front().camera)));
+    observation.views.push_back(
+        renderer.observe(state, overhead_camera(observation.views.front().camera, overhead_place(demo))));
   }
   return observation;
 }
 
 }  // namespace
 
-ExportScenes::ExportScenes(std::vector<std::filesystem::path> task_dirs, ExportPictures pictures)
-    : task_dirs_(std::move(task_dirs)), pictures_(pictures) {}
+ExportScenes::ExportScenes(app::DemoScenes scenes, ExportPictures pictures)
+    : scenes_(std::move(scenes)), pictures_(pictures) {}
 
 ExportScenes::~ExportScenes() = default;
 
 ExportSource ExportScenes::source_for(const Demo& demo) {
-  if (!scene_ || scene_->name != demo.info.task) {
+  if (!scene_ || scene_->name != demo.info.task || scene_->origin != demo.info.origin) {
     scene_ = std::make_shared<Scene>();
     scene_->name = demo.info.task;
+    scene_->origin = demo.info.origin;
     try {
-      scene_->task = TaskLibrary(find_assets(), task_dirs_).get(demo.info.task);  // its own: compiles now
+      scene_->task = app::DemoTasks(scenes_).get(demo.info);  // tasks of its own: compiles now, and last
       scene_->model_xml = mjcf_of_last_loaded(scene_->task->model());
       if (pictures_.every_frame) {
         scene_->renderer = std::make_unique<Renderer>(scene_->task->model(), demo.info.task);
       }
-    } catch (const std::invalid_argument& error) {
+    } catch (const app::UsageError& error) {
       scene_->reason = error.what();
+      if (scene_->reason.starts_with(demo.info.id + ": ")) scene_->reason.erase(0, demo.info.id.size() + 2);
     }
   }
   left_out_ = scene_->reason;

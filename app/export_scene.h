@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/demo_tasks.h"
 #include "recorder/export_source.h"
 
 namespace flowscope {
@@ -19,19 +20,18 @@ struct ExportPictures {
 /// Opens the scene of each demonstration and keeps the last one. One thread: it may own a renderer.
 class ExportScenes {
  public:
-  ExportScenes(std::vector<std::filesystem::path> task_dirs, ExportPictures pictures);
+  ExportScenes(app::DemoScenes scenes, ExportPictures pictures);
   ~ExportScenes();
 
-  /// Where the task is not installed, or its scene is not the one that was recorded, all stays empty that
-  /// would come from the scene; if pictures have to be taken there, throws std::invalid_argument that says
-  /// why.
+  /// Where the task is not installed, or the scene not there as it was, all stays empty that would come from
+  /// it; if pictures have to be taken there, throws std::invalid_argument that says why.
   ExportSource source_for(const Demo& demo);
   /// Why the last source is empty, or nothing.
   const std::string& left_out() const { return left_out_; }
 
  private:
   struct Scene;
-  std::vector<std::filesystem::path> task_dirs_;
+  app::DemoScenes scenes_;
   ExportPictures pictures_;
   std::shared_ptr<Scene> scene_;
   std::string left_out_;

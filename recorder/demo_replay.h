@@ -25,7 +25,7 @@ struct ReplayReport {
   Divergence divergence;
   /// How far the task, as it is now, places an object from where the demonstration begins.
   double start_mm = 0;
-  bool success = false;            ///< the task's condition has held
+  bool success = false;            ///< the task's condition has held; without one: it did not end early
   std::vector<SuccessTerm> terms;  ///< at the end
   int moments = 0;                 ///< frames, or by actions keyframes, that were compared
   std::string failure;             ///< why it ended early; empty when it did not

@@ -12,6 +12,7 @@ void TaskStats::add(const Demo& demo) {
     bounds = demo.bounds;
   }
   ++demos;
+  unfinished += demo.info.unfinished();
   ++by_variation[demo.info.variation];
   frames.add(static_cast<double>(demo.frames.size()));
   keyframes.add(static_cast<double>(demo.keyframes.size()));

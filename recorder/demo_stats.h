@@ -24,7 +24,7 @@ struct Spread {
 };
 
 struct TaskStats {
-  int demos = 0;
+  int demos = 0, unfinished = 0;
   std::map<int, int> by_variation;  ///< variation to number of demonstrations
   Spread frames, keyframes, seconds;
   Spread gripper_events;       ///< openings and closings of a demonstration

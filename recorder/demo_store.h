@@ -53,6 +53,7 @@ class DemoStore {
   /// constant picture, positions that agree with speeds) and that no two hold the same states.
   std::vector<DemoProblem> check(int* checked = nullptr) const;
   std::filesystem::path path(const std::string& id) const;
+  std::filesystem::path data() const { return dir_.parent_path(); }
 
  private:
   std::filesystem::path dir_;

@@ -65,12 +65,17 @@ constexpr const char* scene = R"({
 "Demo":{"type":"object","required":["id","task","variation","seed","instruction","frames","keyframes","created","bytes"],
   "properties":{"id":{"type":"string"},"task":{"type":"string"},"variation":{"type":"integer"},
   "seed":{"type":"integer"},"instruction":{"type":"string"},"frames":{"type":"integer"},
-  "keyframes":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"}}},
+  "keyframes":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"},
+  "robot":{"type":["string","null"],"description":"null: an older file, which does not say"},
+  "scene":{"type":["string","null"],"description":"file of a user's own scene"},
+  "success":{"type":["boolean","null"],"description":"false: saved unfinished; null: not known"}}},
 "Demos":{"type":"object","required":["demos"],"properties":{
   "demos":{"type":"array","items":{"$ref":"#/components/schemas/Demo"}}}},
 "DemoDetail":{"type":"object","required":["id","task","instruction","instructions","keyframes"],"properties":{
   "id":{"type":"string"},"task":{"type":"string"},"variation":{"type":"integer"},"seed":{"type":"integer"},
   "instruction":{"type":"string"},"frames":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"},
+  "robot":{"type":["string","null"]},"scene":{"type":["string","null"]},"success":{"type":["boolean","null"]},
+  "scene_origin":{"type":"object","description":"of a user's own scene: file, robot, folder, sha256, robot_sha256"},
   "instructions":{"type":"array","items":{"type":"string"}},"bounds":{"type":"object"},"seconds":{"type":"number"},
   "cameras":{"type":"array","items":{"type":"string"}},"keyframes":{"type":"array","items":{"type":"object",
   "required":["frame","action"],"properties":{"frame":{"type":"integer"},"time_s":{"type":"number"},

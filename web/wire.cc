@@ -8,6 +8,7 @@
 namespace flowscope::web::wire {
 
 Json to_json(const DemoInfo& info) {
+  const DemoOrigin& origin = info.origin;
   return {{"id", info.id},
           {"task", info.task},
           {"variation", info.variation},
@@ -16,11 +17,27 @@ Json to_json(const DemoInfo& info) {
           {"frames", info.frames},
           {"keyframes", info.keyframes},
           {"created", info.created},
-          {"bytes", info.bytes}};
+          {"bytes", info.bytes},
+          {"robot", origin.robot.empty() ? Json() : Json(origin.robot)},
+          {"scene", origin.scene ? Json(origin.scene->scene) : Json()},
+          {"success", info.success ? Json(*info.success) : Json()}};
 }
+
+namespace {
+
+Json scene_json(const SceneOrigin& scene) {
+  return {{"file", scene.scene},
+          {"robot", scene.robot},
+          {"folder", scene.folder},
+          {"sha256", scene.scene_sha256},
+          {"robot_sha256", scene.robot_sha256}};
+}
+
+}  // namespace
 
 Json demo_detail(const Demo& demo) {
   Json json = to_json(demo.info);
+  if (demo.info.origin.scene) json["scene_origin"] = scene_json(*demo.info.origin.scene);
   json["instructions"] = demo.instructions;
   json["bounds"] = {{"min", vector(demo.bounds.min)}, {"max", vector(demo.bounds.max)}};
   json["seconds"] = demo.frames.empty() ? 0.0 : demo.frames.back().time_s - demo.frames.front().time_s;

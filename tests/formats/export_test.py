@@ -3,26 +3,17 @@
 import json
 import pathlib
 import pickle
-import subprocess
 import sys
 import tempfile
-import types
 import unittest
 
 import h5py
 import numpy as np
 import png
+from program import flowscope, load_rlbench_demo
 
-PROGRAM = sys.argv.pop(1)
 CAMERAS = ("front", "left_shoulder", "right_shoulder", "wrist")
 SIZE = 128
-
-
-def flowscope(*words):
-    done = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
-    if done.returncode:
-        raise AssertionError(f"{words}: exit code {done.returncode}\n{done.stderr}")
-    return done.stdout
 
 
 class Exports(unittest.TestCase):
@@ -206,15 +197,6 @@ class Exports(unittest.TestCase):
         around = np.stack([seen[v + y, u + x] for y in (-1, 0, 1) for x in (-1, 0, 1)])
         met = (np.abs(around - z).min(axis=0) < 0.01).mean()
         self.assertGreater(met, 0.96, f"{camera} seen by {other}")
-
-
-def load_rlbench_demo(path):
-    """The two classes that RLBench brings, standing in for it."""
-    for name in ("rlbench", "rlbench.demo", "rlbench.backend", "rlbench.backend.observation"):
-        sys.modules[name] = types.ModuleType(name)
-    sys.modules["rlbench.demo"].Demo = type("Demo", (), {})
-    sys.modules["rlbench.backend.observation"].Observation = type("Observation", (), {})
-    return pickle.loads(path.read_bytes())
 
 
 def metres(episode, misc, camera, index):
