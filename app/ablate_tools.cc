@@ -71,10 +71,8 @@ std::vector<std::string> demonstrations_of(const DemoStore& store, const std::ve
   std::map<std::string, int> count;
   for (const std::string& task : tasks) count[task] = 0;
   std::vector<std::string> ids;
-  for (const auto& info : store.list()) {
-    const auto task = count.find(info.task);
-    if (task == count.end()) continue;
-    ++task->second;
+  for (const auto& info : choose_training(store.list(), tasks, false).demos) {
+    ++count[info.task];
     ids.push_back(info.id);
   }
   for (const auto& [task, demos] : count)

@@ -12,7 +12,8 @@ namespace flowscope {
 TrainOptions train_options_of(const AblationVariant& variant, const AblationBudget& budget, int seed);
 
 /// Ids of the demonstrations of these tasks, in the order of the store, and their SHA-256 for
-/// AblationBudget::demonstrations. Throws std::invalid_argument naming a task that has none.
+/// AblationBudget::demonstrations. Unfinished ones are left out. Throws std::invalid_argument naming a task
+/// that has none, or the robots where there are several.
 std::vector<std::string> demonstrations_of(const DemoStore& store, const std::vector<std::string>& tasks);
 std::string sha256_of(const std::vector<std::string>& ids);
 

@@ -1,7 +1,6 @@
 // flowscope train: learns from a data folder until the steps or the minutes are over, or until it is
 // interrupted. Under mpirun all processes learn together, and the first one writes and speaks.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "app/data_lock.h"
 #include "app/mpi_exchange.h"
 #include "app/training_set.h"
+#include "policy/one_robot.h"
 #include "policy/trainer.h"
 #include "recorder/demo_store.h"
 
@@ -24,7 +24,7 @@ struct TrainCall {
   std::vector<std::string> tasks;
   std::int64_t steps = 0;
   double minutes = 0;
-  bool resume = false, paper_form = false, no_augment = false;
+  bool resume = false, unfinished = false, paper_form = false, no_augment = false;
   std::string point_encoder = "on", binding = "on", part_middles = "on", augment = "default";
   TrainOptions options;
 };
@@ -37,15 +37,20 @@ bool any_interrupted(GradientExchange& exchange) {
   return count > 0;
 }
 
-int add_demonstrations(Trainer& trainer, const DemoStore& store, const std::vector<std::string>& tasks) {
-  int added = 0;
-  std::map<std::string, std::size_t> position;
-  for (const auto& info : store.list()) {
-    if (!tasks.empty() && std::ranges::find(tasks, info.task) == tasks.end()) continue;
-    trainer.add(store.load_keyframes(info.id), held_out(position[info.task]++));
-    ++added;
+TrainingChoice choose_demonstrations(const Trainer& trainer, const DemoStore& store, const TrainCall& call) {
+  try {
+    TrainingChoice choice = choose_training(store.list(), call.tasks, call.unfinished);
+    require_same_robot(trainer.robot(), choice.robot);
+    return choice;
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--tasks: ") + error.what());
   }
-  return added;
+}
+
+void add_demonstrations(Trainer& trainer, const DemoStore& store, const TrainingChoice& choice) {
+  std::map<std::string, std::size_t> position;
+  for (const DemoInfo& info : choice.demos)
+    trainer.add(store.load_keyframes(info.id), held_out(position[info.task]++));
 }
 
 TrainOptions options_of(const TrainCall& call) {
@@ -121,10 +126,16 @@ int train_with(const TrainCall& call, const Context& context,
   const bool first = exchange->rank() == 0;
   const DemoStore store(existing_data(context));
   const auto trainer = make_trainer(call, exchange);
-  const int demos = add_demonstrations(*trainer, store, call.tasks);
-  if (demos == 0) throw UsageError("--data " + context.data.string() + ": no demonstrations to learn from");
+  const TrainingChoice choice = choose_demonstrations(*trainer, store, call);
+  if (choice.demos.empty()) {
+    throw UsageError("--data " + context.data.string() + ": no demonstrations to learn from" +
+                     (choice.unfinished > 0 ? " but unfinished ones (--unfinished)" : ""));
+  }
+  add_demonstrations(*trainer, store, choice);
   const auto lock = first ? std::optional(lock_policy(call.policy, "train")) : std::nullopt;
-  if (first) std::fprintf(stderr, "training on %d demonstrations\n", demos);
+  if (first) std::fprintf(stderr, "training on %zu demonstrations\n", choice.demos.size());
+  if (first && choice.unfinished > 0)
+    std::fprintf(stderr, "%d unfinished ones left out (--unfinished takes them)\n", choice.unfinished);
   if (first && exchange->size() > 1) std::fprintf(stderr, "in %d processes\n", exchange->size());
 
   std::signal(SIGINT, [](int) { interrupted = true; });
@@ -223,6 +234,8 @@ void add_train_command(CLI::App& root, Context& context) {
   command->add_option("--policy", call->policy, "File of the policy: written every minute and at the end")
       ->required();
   command->add_option("--tasks", call->tasks, "Only demonstrations of these tasks")->delimiter(',');
+  command->add_flag("--unfinished", call->unfinished,
+                    "Learn from demonstrations that were saved without success, too");
   command->add_option("--steps", call->steps, "Optimiser steps to take")->check(CLI::PositiveNumber);
   command->add_option("--minutes", call->minutes, "Minutes to train")->check(CLI::PositiveNumber);
   command->add_flag("--resume", call->resume, "Go on exactly where the policy file stopped");

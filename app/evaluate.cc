@@ -95,6 +95,7 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, const EvalO
   world.reset(variation, seed);
   PolicyInput input;
   input.instruction = world.episode().instructions.front();
+  input.robot = world.task().robot().name;
   const int attempt = world.task().keyframes();
   for (int step = 0; step < most_steps && !world.success(); ++step) {
     const int k = step % attempt;  // not done where the longest demonstration is: it starts over from here

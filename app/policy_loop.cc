@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/training_set.h"
+#include "policy/one_robot.h"
 
 namespace flowscope {
 
@@ -58,24 +58,39 @@ void PolicyLoop::add_demo(Room& room, const std::string& id) {
   try {
     const Demo demo = store_.load_keyframes(id);
     if (!room.tasks.empty() && std::ranges::find(room.tasks, demo.info.task) == room.tasks.end()) return;
+    if (demo.info.unfinished() && !room.unfinished) return;
     room.trainer->add(demo, held_out(room.position[demo.info.task]++));
   } catch (const std::exception& error) {
     spdlog::warn("demonstration {} is left out of training: {}", id, error.what());
   }
 }
 
+TrainingChoice PolicyLoop::choice_for(const TrainRequest& request) const {
+  TrainingChoice choice;
+  try {
+    choice = choose_training(store_.list(), request.tasks, request.unfinished);
+  } catch (const std::invalid_argument& error) {
+    throw ApiError(409, "several_robots", error.what(), "tasks");
+  }
+  if (choice.demos.empty())
+    throw ApiError(409, "no_demonstrations",
+                   choice.unfinished > 0
+                       ? "there are only unfinished demonstrations: record some that succeed"
+                       : "there is nothing to learn from yet: record demonstrations first");
+  return choice;
+}
+
 std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
   return queue_.post([this, request = std::move(request)](Room& room) {
     if (room.training) throw ApiError(409, "already_training", "training is running; stop it first");
-    const auto demos = store_.list();
-    const bool any = std::ranges::any_of(demos, [&](const DemoInfo& d) {
-      return request.tasks.empty() || std::ranges::find(request.tasks, d.task) != request.tasks.end();
-    });
-    if (!any)
-      throw ApiError(409, "no_demonstrations",
-                     "there is nothing to learn from yet: record demonstrations first");
+    const TrainingChoice choice = choice_for(request);
     begin(room, request);
-    for (const auto& demo : demos) add_demo(room, demo.id);
+    try {
+      require_same_robot(room.trainer->robot(), choice.robot);
+    } catch (const std::invalid_argument& error) {
+      throw ApiError(409, "other_robot", error.what(), "tasks");
+    }
+    for (const auto& demo : choice.demos) add_demo(room, demo.id);
     const TrainStatus now = room.trainer->status();
     if (request.resume) room.trainer->go_on_for(request.minutes.value_or(0));
     room.until_step = request.steps ? now.step + *request.steps : 0;
@@ -114,6 +129,7 @@ void PolicyLoop::begin(Room& room, const TrainRequest& request) {
     throw ApiError(409, "bad_policy", error.what());
   }
   room.tasks = request.tasks;
+  room.unfinished = request.unfinished;
   room.position.clear();
 }
 

@@ -11,6 +11,7 @@
 
 #include "app/job_queue.h"
 #include "app/latest.h"
+#include "app/training_set.h"
 #include "policy/policy.h"
 #include "policy/trainer.h"
 #include "recorder/demo_store.h"
@@ -31,7 +32,7 @@ class PolicyLoop {
   /// stays.
   std::future<void> load(std::filesystem::path file);
   /// Starts afresh, or with `resume` goes on with the weights in use. Throws web::ApiError when there is
-  /// nothing to learn from, or nothing to go on with.
+  /// nothing to learn from, or nothing to go on with, or when there is more than one robot.
   std::future<web::TrainReport> start(web::TrainRequest request);
   std::future<web::TrainReport> stop();
   const std::filesystem::path& file() const { return file_; }
@@ -53,12 +54,15 @@ class PolicyLoop {
     std::filesystem::path file;  ///< of `loaded`
     bool training = false;
     std::vector<std::string> tasks;
+    bool unfinished = false;                      ///< learns from those that do not succeed, too
     std::map<std::string, std::size_t> position;  ///< demonstrations of each task added so far
     std::int64_t until_step = 0;                  ///< 0: no limit
     double until_minutes = 0;
     double saved_minutes = 0, validated_minutes = 0;
     web::TrainReport report;
   };
+  /// Throws web::ApiError.
+  TrainingChoice choice_for(const web::TrainRequest& request) const;
   void begin(Room& room, const web::TrainRequest& request);
   void train_step(Room& room);
   void add_demo(Room& room, const std::string& id);

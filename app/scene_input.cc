@@ -19,6 +19,7 @@ PolicyInput input_of(const Demo& demo, int k) {
   input.observation = k == 0 ? demo.start : demo.keyframes[k - 1].observation;
   input.instruction = demo.info.instruction;
   input.keyframe_index = k;
+  input.robot = demo.info.origin.robot;
   input.history.push_back(robot_of(demo.frames.at(0)));
   for (int i = 0; i < k; ++i) input.history.push_back(robot_of(demo.frames.at(demo.keyframes[i].frame)));
   return input;

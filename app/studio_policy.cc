@@ -30,6 +30,7 @@ std::vector<std::string> Studio::predict(const web::PredictRequest& request) {
   stored.state = sim->state;
   stored.episode = sim->episode;
   stored.input.instruction = sim->instruction;
+  stored.input.robot = tasks_.get(sim->task)->robot().name;
   stored.input.history = sim->keyframe_history;
   stored.input.keyframe_index = static_cast<int>(sim->keyframe_history.size()) - 1;
   stored.input.observation = render_.observe(sim->state).get();

@@ -109,7 +109,8 @@ std::string Studio::save_teleop(bool unfinished) {
   const auto sim = scene();
   if (!sim->by_hand.moved)
     throw ApiError(409, "nothing_by_hand", "nothing was moved by hand since the reset");
-  if (!sim->success && !unfinished) {
+  // A scene without success terms is never done: nothing to ask there.
+  if (!sim->success && !unfinished && !sim->terms.empty()) {
     std::string open;
     for (const auto& term : sim->terms) {
       if (!term.met) open += (open.empty() ? "" : ", ") + term.name;

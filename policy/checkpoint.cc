@@ -57,6 +57,7 @@ void visit_later(Model& m, Progress& p, Field&& field) {
   field("loss_rotation", p.status.loss_rotation);
   field("skipped", p.status.skipped);
   field("expected_steps", p.options.expected_steps);
+  field("robot", p.options.robot);
   visit_later_shape(m.shape, field);
   visit_later_rates(p.rates, field);
 }

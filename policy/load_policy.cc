@@ -1,5 +1,6 @@
 #include "policy/checkpoint.h"
 #include "policy/integrate.h"
+#include "policy/one_robot.h"
 
 namespace flowscope {
 namespace {
@@ -7,7 +8,10 @@ namespace {
 class LoadedPolicy : public Policy {
  public:
   LoadedPolicy(LoadedCheckpoint loaded, const std::filesystem::path& file)
-      : model_(std::move(loaded.model)), file_(file.string()), generation_(loaded.progress.status.step) {
+      : model_(std::move(loaded.model)),
+        file_(file.string()),
+        generation_(loaded.progress.status.step),
+        robot_(loaded.progress.options.robot) {
     loaded.optimizer->swap_mean();
     sha256_ = weights_sha256(model_);
   }
@@ -16,6 +20,7 @@ class LoadedPolicy : public Policy {
   }
   std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
                                          int count) override {
+    require_same_robot(robot_, input.robot);
     const SceneInput scene = prepare_input(input, model_.bounds, model_.shape, model_.vocabulary);
     std::vector<FlowTrace> traces = integrate_samples(model_, scene, options, count);
     for (FlowTrace& trace : traces) {
@@ -27,11 +32,13 @@ class LoadedPolicy : public Policy {
     return traces;
   }
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(generation_); }
+  std::string robot() const override { return robot_; }
 
  private:
   Model model_;
   std::string file_, sha256_;
   std::int64_t generation_;
+  std::string robot_;
 };
 
 }  // namespace

@@ -18,6 +18,7 @@ struct PolicyInput {
   std::vector<RobotState>
       history;             ///< oldest first, last is now; at least one; the policy takes the last three
   int keyframe_index = 0;  ///< how many keyframes lie behind
+  std::string robot;       ///< its name; empty: not known
 };
 
 struct PredictOptions {
@@ -49,6 +50,8 @@ class Policy {
                                                  int count) = 0;
   /// Optimiser steps behind the weights.
   virtual std::uint64_t generation() const = 0;
+  /// Name of the robot whose joints it learnt; empty: not known. An input of another one does not fit.
+  virtual std::string robot() const = 0;
 };
 
 /// A file that is not one of our checkpoints, or is cut or damaged; what() names file and place.

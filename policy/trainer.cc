@@ -10,6 +10,7 @@
 #include "policy/learner.h"
 #include "policy/learning_rate.h"
 #include "policy/on_device.h"
+#include "policy/one_robot.h"
 
 namespace flowscope {
 namespace {
@@ -71,7 +72,10 @@ class FlowRamTrainer : public Trainer {
   }
 
   void add(const Demo& demo, bool held_out) override {
+    std::string& robot = progress_.options.robot;
+    require_same_robot(robot, demo.info.origin.robot);
     data_.add(model_, demo, held_out);
+    if (robot.empty()) robot = demo.info.origin.robot;
     progress_.status.demos = data_.demos();
   }
   void remove(const std::string& id) override {
@@ -101,6 +105,7 @@ class FlowRamTrainer : public Trainer {
     progress_.options.expected_steps = 0;
   }
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(progress_.status.step); }
+  std::string robot() const override { return progress_.options.robot; }
 
   Validation validate(int flow_steps) override {
     data_.freeze(model_);
@@ -134,6 +139,7 @@ class FlowRamTrainer : public Trainer {
                                          int count) override {
     data_.freeze(model_);
     const MeanWeights mean(model_.network, *optimizer_, device_);
+    require_same_robot(progress_.options.robot, input.robot);
     const SceneInput scene = prepare_input(input, model_.bounds, model_.shape, model_.vocabulary);
     std::vector<FlowTrace> traces = integrate_samples(model_, scene, options, count);
     const std::string sha256 = weights_sha256(model_);

@@ -32,7 +32,8 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   double expected_minutes = 0;  ///< > 0: the learning-rate schedule ends there
   std::int64_t expected_steps =
-      0;  ///< > 0, without minutes: it ends there, and a run can be repeated exactly
+      0;              ///< > 0, without minutes: it ends there, and a run can be repeated exactly
+  std::string robot;  ///< whose demonstrations these are; empty: the first one that names its robot says so
 };
 
 /// Medians over the held-out keyframes of one task.
@@ -73,6 +74,7 @@ class Trainer : public Policy {
                                          std::shared_ptr<GradientExchange> exchange = nullptr);
 
   /// The next batch may already hold it. Adding an id twice replaces. `held_out` demos are only validated on.
+  /// Throws std::invalid_argument, also for a demonstration of another robot than those before.
   virtual void add(const Demo& demo, bool held_out = false) = 0;
   virtual void remove(const std::string& id) = 0;
   /// One optimiser step. A non-finite loss or gradient skips the update and is reported; three in a row

@@ -106,6 +106,7 @@ struct TrainRequest {
   std::optional<std::int64_t> steps;  ///< from now on
   std::optional<double> minutes;      ///< from now on
   std::vector<std::string> tasks;     ///< empty: all that have demonstrations
+  bool unfinished = false;            ///< learn from demonstrations that do not succeed, too
 };
 
 struct TrainReport {

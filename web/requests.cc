@@ -142,6 +142,7 @@ TrainRequest train_request(const Json& body) {
     if (*request.minutes <= 0) fields.fail("minutes", "must be above 0");
   }
   if (fields.has("tasks")) request.tasks = fields.texts("tasks");
+  if (fields.has("unfinished")) request.unfinished = fields.boolean("unfinished");
   fields.finish();
   return request;
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* train_schema = R"({"type":"object","required":["action"],"properties":{
   "action":{"enum":["start","stop"]},"resume":{"type":"boolean"},"steps":{"type":"integer","minimum":1},"minutes":{"type":"number"},
-  "tasks":{"type":"array","items":{"type":"string"}},"preset":{"enum":["nano","desk","paper"]},
+  "tasks":{"type":"array","items":{"type":"string"}},"unfinished":{"type":"boolean"},"preset":{"enum":["nano","desk","paper"]},
   "objective":{"enum":["cfm","ddim","ddpm"]},"backbone":{"enum":["mamba","transformer"]},
   "radius":{"enum":["linear","cosine","off"]},"point_encoder":{"type":["boolean","string"]},
   "grounded":{"type":"boolean"},"augment":{"type":"boolean"},"seed":{"type":"integer","minimum":0}}})";

@@ -15,7 +15,7 @@ export async function save_by_hand(unfinished: boolean): Promise<void> {
   const id = await api.save_teleop(unfinished);
   saved_session = session();
   store.set({ ask: null });
-  inform(`Saved as demonstration ${id}${unfinished ? ", though the task is not done" : ""}.`);
+  inform(`Saved as demonstration ${id}${unfinished ? ", though the task is not done: training leaves it out" : ""}.`);
   await refresh_demos();
 }
 

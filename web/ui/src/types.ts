@@ -68,6 +68,7 @@ export interface Job {
 export interface DemoInfo {
   id: string; task: string; variation: number; seed: number; instruction: string;
   created: string; frames: number; keyframes: number; bytes: number;
+  robot?: string | null; scene?: string | null; success?: boolean | null; // null: the file does not say
 }
 export interface PoseError { position_m: number; rotation_deg: number; open_correct: boolean }
 export interface TraceEntry {

@@ -20,7 +20,8 @@ function card(demo: DemoInfo, selected: boolean): HTMLElement {
     onclick: () => store.set({ selected_demo: selected ? null : demo.id }) },
     picture(demo, -1),
     h("span", { class: "card-text" }, h("b", {}, demo.task.replaceAll("_", " ")), h("span", {}, demo.instruction),
-      h("span", { class: "quiet" }, `${demo.keyframes} keyframes · seed ${demo.seed}`)));
+      h("span", { class: "quiet" }, `${demo.keyframes} keyframes · seed ${demo.seed}`),
+      demo.success === false ? h("span", { class: "quiet", "data-testid": "demo-unfinished" }, "unfinished: not learnt from") : null));
 }
 
 function remove_button(demo: DemoInfo): HTMLElement {
@@ -44,7 +45,8 @@ function remove_button(demo: DemoInfo): HTMLElement {
 function detail(demo: DemoInfo): HTMLElement {
   const pictures = Array.from({ length: demo.keyframes + 1 }, (_, i) =>
     h("figure", { class: "shot" }, picture(demo, i - 1), h("figcaption", {}, i === 0 ? "start" : `keyframe ${i - 1}`)));
-  const facts = `variation ${demo.variation} · ${demo.frames} frames · ${bytes(demo.bytes)} · ${clock(demo.created)} · ${demo.id}`;
+  const origin = `${demo.robot ?? "robot not recorded"}${demo.scene ? ` in ${demo.scene}` : ""}`;
+  const facts = `${origin} · variation ${demo.variation} · ${demo.frames} frames · ${bytes(demo.bytes)} · ${clock(demo.created)} · ${demo.id}`;
   return h("div", { class: "detail", "data-testid": "demo-detail" },
     h("p", { class: "quiet", title: facts }, facts), h("div", { class: "strip", "data-testid": "keyframes" }, ...pictures),
     h("div", { class: "row spread" },
