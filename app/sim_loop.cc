@@ -29,8 +29,10 @@ MotionResult execute_keyframe(World& world, const GripperAction& action, std::ui
   request.world_from_tool = action.world_from_tool;
   request.seed = seed;
   MotionResult result;
-  // The benchmark's order of attempts: a free line, RRTConnect, then the same without collision checks.
+  // The benchmark's order of attempts: a free line, RRTConnect, then the same without collision checks. But a
+  // line through what gives way is a push: around that there is always some path, which would push nothing.
   for (const auto& [linear, ignore] : {std::pair{true, false}, {false, false}, {true, true}, {false, true}}) {
+    request.may_push = linear && !ignore;
     request.linear = linear;
     request.ignore_collisions = ignore;
     result = move_to(world, request, sink, stop);

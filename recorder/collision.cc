@@ -47,14 +47,22 @@ bool engine_compares(const mjModel* model, int geom1, int geom2) {
          (model->geom_contype[geom2] & model->geom_conaffinity[geom1]) != 0;
 }
 
+bool gives_way(const mjModel* model, int body) {
+  while (body != 0 && model->body_dofnum[body] == 0) body = model->body_parentid[body];
+  return body != 0;
+}
+
 }  // namespace
 
 struct CollisionChecker::Impl {
+  enum class Asked { all, links, all_but_pushed };
+
   /// Two geoms that might touch while the arm moves; at least the first one moves.
   struct Pair {
     int moving = 0, other = 0;
     bool other_moves = false;
-    bool links = false;  ///< neither is of the hand or held
+    bool links = false;   ///< neither is of the hand or held
+    bool pushed = false;  ///< the hand, or what it holds, and a thing that gives way
     double margin = 0, allowed_m = 0;
     GeomBounds other_bounds;  ///< where the other stands still
   };
@@ -94,6 +102,7 @@ struct CollisionChecker::Impl {
       pair.other = parts.moves(body1) ? geom2 : geom1;
       pair.other_moves = parts.moves(body1) && parts.moves(body2);
       pair.links = !parts.in_hand(body1) && !parts.in_hand(body2);
+      pair.pushed = !pair.links && !pair.other_moves && gives_way(model, model->geom_bodyid[pair.other]);
       pair.margin = margin;
       if (!pair.other_moves) pair.other_bounds = geom_bounds(model, data.get(), pair.other);
       pairs.push_back(pair);
@@ -144,10 +153,12 @@ struct CollisionChecker::Impl {
     return -deepest(pair) - pair.allowed_m - tolerance_m;
   }
 
-  bool is_free(const JointVector& q, double tolerance_m, bool links_only = false) {
+  bool is_free(const JointVector& q, double tolerance_m, Asked asked = Asked::all) {
     parts.place(q, data.get());
     const auto collides = [&](const Pair& pair) {
-      return (!links_only || pair.links) && excess(pair, tolerance_m) > 0;
+      if (asked == Asked::links && !pair.links) return false;
+      if (asked == Asked::all_but_pushed && pair.pushed) return false;
+      return excess(pair, tolerance_m) > 0;
     };
     // Neighbouring postures mostly collide in the same place.
     if (last_hit < pairs.size() && collides(pairs[last_hit])) return false;
@@ -172,7 +183,12 @@ CollisionChecker::~CollisionChecker() = default;
 
 bool CollisionChecker::is_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m); }
 bool CollisionChecker::is_clear(const JointVector& q, double depth_m) { return impl_->is_free(q, depth_m); }
-bool CollisionChecker::links_are_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m, true); }
+bool CollisionChecker::links_are_free(const JointVector& q) {
+  return impl_->is_free(q, kTolerance_m, Impl::Asked::links);
+}
+bool CollisionChecker::is_free_to_push(const JointVector& q) {
+  return impl_->is_free(q, kTolerance_m, Impl::Asked::all_but_pushed);
+}
 bool CollisionChecker::touches_at_start() const { return impl_->touched; }
 
 void CollisionChecker::forget_start() {

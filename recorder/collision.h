@@ -32,6 +32,8 @@ class CollisionChecker {
   /// is free at finer ones.
   bool is_clear(const JointVector& q, double depth_m = clear_depth_m);
   static constexpr double clear_depth_m = 0.0005;
+  /// As is_free, but things that give way (joints let them move) may be pushed by the hand and what it holds.
+  bool is_free_to_push(const JointVector& q);
   /// As is_free, for the arm's links alone: a hand that shall touch things must not push the arm into others.
   bool links_are_free(const JointVector& q);
   /// Whether a moving part touches something other than what the hand holds, as the world stands.

@@ -96,8 +96,8 @@ MotionResult move_gripper(World& world, double openness, const FrameSink& sink, 
   try {
     const JointVector q = world.joint_targets();
     const double before = world.openness_target();
-    const bool closing = openness < before;
-    if (!closing) world.release();
+    const bool closing = openness < before, opening = openness > before;
+    if (opening) world.release();  // told again to close, a hand keeps what it holds
     Run run(world, sink, std::move(stop));
     for (int i = 0; i < kGripperFrames; ++i) {
       // Fingers open at once, but they close on things: evenly, or they would squeeze a light object out of

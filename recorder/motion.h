@@ -16,7 +16,8 @@ using FrameSink = std::function<bool(const Frame&)>;
 /// Plans (plan_move) and follows. Stops moving as soon as `sink` returns false (that is not a failure).
 MotionResult move_to(World& world, const MoveRequest& request, const FrameSink& sink,
                      std::stop_token stop = {});
-/// Fingers to `openness`, arm still; grasps after closing, releases before opening.
+/// Fingers to `openness`, arm still; grasps after closing, releases before opening. What they were told
+/// already changes nothing.
 MotionResult move_gripper(World& world, double openness, const FrameSink& sink, std::stop_token stop = {});
 
 }  // namespace flowscope

@@ -65,7 +65,8 @@ class MovePlanner {
   MotionResult straight(JointPath& targets) const {
     CollisionChecker checker(world_);
     const IsFree is_free = [&](const JointVector& q) {
-      return request_.ignore_collisions ? checker.links_are_free(q) : checker.is_free(q);
+      if (request_.ignore_collisions) return checker.links_are_free(q);
+      return request_.may_push ? checker.is_free_to_push(q) : checker.is_free(q);
     };
     const auto accept = [&](const JointPath& path) { return path_is_free(path, is_free, kLinearCheck_rad); };
     double reached = 0;

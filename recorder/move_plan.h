@@ -30,6 +30,7 @@ struct MoveRequest {
   Pose world_from_tool;
   bool linear = false;
   bool ignore_collisions = false;
+  bool may_push = false;     ///< on a straight line, things that joints let move are nothing in the way
   std::uint64_t seed = 0;    ///< planner's random numbers
   double time_limit_s = 30;  ///< planning, wall clock: a guard that can only fail a move (planner.h)
   /// Straight tool lines that are going to follow: among the postures that reach the pose, a planned move

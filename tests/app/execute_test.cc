@@ -29,7 +29,10 @@ TEST_P(Execute, TheExpertsKeyframesDoTheTaskAtTheFirstAttempt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllTasks, Execute,
-                         ::testing::Values("push_buttons", "open_drawer", "insert_onto_square_peg"),
+                         // Pressing, pulling, fitting; pushing along a line; closing again on a thin wall.
+                         ::testing::Values("push_buttons", "open_drawer", "insert_onto_square_peg",
+                                           "slide_block_to_color_target", "reach_and_drag",
+                                           "sweep_to_dustpan_of_size", "stack_cups"),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "recorder/collision.h"
 #include "recorder/kinematics.h"
 #include "recorder/planner.h"
+#include "recorder/record.h"
 
 namespace flowscope {
 namespace {
@@ -98,6 +99,35 @@ TEST_F(Motion, ATouchingGoalSaysWhatIsTouched) {
   EXPECT_EQ(straight.failure, MotionFailure::in_collision);
   EXPECT_NE(straight.message.find("% of the way"), std::string::npos) << straight.message;
   EXPECT_TRUE(frames.empty());
+}
+
+TEST_F(Motion, ALineMayPushWhatGivesWayButNothingElse) {
+  // Through the block, low over the table; and on, through the table.
+  for (const double below_m : {0.0, 0.1}) {
+    World world(task("slide_block_to_color_target"));
+    world.reset(0, 1);
+    const Eigen::Vector3d block = world.world_from("block").position;
+    MoveRequest request;
+    request.world_from_tool = down_at(block.x() - 0.12, block.y(), block.z() + 0.02);
+    ASSERT_TRUE(move_to(world, request, {}));
+    ASSERT_TRUE(move_gripper(world, 0, {}));
+    request.linear = true;
+    request.world_from_tool = down_at(block.x(), block.y(), block.z() + 0.02 - below_m);
+    EXPECT_EQ(plan_move(world, request).result.failure, MotionFailure::in_collision);
+    request.may_push = true;
+    EXPECT_EQ(static_cast<bool>(plan_move(world, request).result), below_m == 0);
+  }
+}
+
+TEST_F(Motion, AHandToldAgainToCloseKeepsWhatItHolds) {
+  World world(task("stack_cups"));  // a cup's wall is so thin that the fingers close to nothing
+  world.reset(0, 1);
+  Script taking = world.episode().demonstration;
+  taking.steps.resize(3);  // over a cup, down to its wall, close
+  run_script(world, taking, {});
+  ASSERT_EQ(world.grasped().size(), 1u);
+  ASSERT_TRUE(move_gripper(world, 0, {}));
+  EXPECT_EQ(world.grasped().size(), 1u);
 }
 
 TEST_F(Motion, GoesAroundTheCabinet) {
