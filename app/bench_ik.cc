@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "recorder/ik_recovery.h"
+#include "recorder/motion/ik_recovery.h"
 #include "recorder/task.h"
 
 namespace flowscope {

@@ -8,7 +8,7 @@
 
 namespace flowscope {
 
-/// recorder/ik_recovery.h for 10^5 postures of a task's arm, and the median times of one call with all
+/// recorder/motion/ik_recovery.h for 10^5 postures of a task's arm, and the median times of one call with all
 /// branches and of a choice over all q7.
 std::vector<BenchResult> bench_ik(const std::filesystem::path& assets);
 

@@ -9,9 +9,9 @@
 #include <optional>
 #include <random>
 
-#include "recorder/collision.h"
-#include "recorder/motion.h"
-#include "recorder/planner.h"
+#include "recorder/motion/collision.h"
+#include "recorder/motion/motion.h"
+#include "recorder/motion/planner.h"
 
 namespace flowscope {
 namespace {

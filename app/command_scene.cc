@@ -9,7 +9,7 @@
 
 #include "app/cli.h"
 #include "app/commands.h"
-#include "recorder/mesh_object.h"
+#include "recorder/mesh/mesh_object.h"
 
 namespace flowscope::app {
 namespace {

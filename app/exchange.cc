@@ -2,9 +2,9 @@
 
 #include "app/demo_contents.h"
 #include "recorder/demo_file.h"
-#include "recorder/npz_demos.h"
-#include "recorder/rlbench_episode.h"
-#include "recorder/robomimic_file.h"
+#include "recorder/formats/npz_demos.h"
+#include "recorder/formats/rlbench_episode.h"
+#include "recorder/formats/robomimic_file.h"
 #include "render/new_file.h"
 
 namespace flowscope {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/demo_tasks.h"
-#include "recorder/export_source.h"
+#include "recorder/formats/export_source.h"
 
 namespace flowscope {
 

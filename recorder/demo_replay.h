@@ -8,7 +8,7 @@
 
 #include "recorder/demo.h"
 #include "recorder/demo_stats.h"
-#include "recorder/motion.h"
+#include "recorder/motion/motion.h"
 #include "recorder/world.h"
 
 namespace flowscope {

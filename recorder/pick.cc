@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "recorder/kinematics.h"
+#include "recorder/motion/kinematics.h"
 #include "recorder/world.h"
 
 namespace flowscope {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "recorder/demo.h"
-#include "recorder/motion.h"
+#include "recorder/motion/motion.h"
 #include "recorder/term_series.h"
 
 namespace flowscope {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
-#include "recorder/kinematics.h"
+#include "recorder/motion/kinematics.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"

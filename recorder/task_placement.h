@@ -17,7 +17,7 @@
 #include <optional>
 #include <vector>
 
-#include "recorder/kinematics.h"
+#include "recorder/motion/kinematics.h"
 #include "recorder/task_random.h"
 #include "recorder/task_tree.h"
 #include "render/observation.h"

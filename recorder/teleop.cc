@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "recorder/collision.h"
 #include "recorder/frame_time.h"
-#include "recorder/kinematics.h"
+#include "recorder/motion/collision.h"
+#include "recorder/motion/kinematics.h"
 
 namespace flowscope {
 namespace {

@@ -1,13 +1,13 @@
 // The checker's shortcuts against the engine's own whole collision pass.
-#include "recorder/collision.h"
+#include "recorder/motion/collision.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include <map>
 
-#include "recorder/ik_recovery.h"
-#include "recorder/motion.h"
+#include "recorder/motion/ik_recovery.h"
+#include "recorder/motion/motion.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {

@@ -5,11 +5,11 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "recorder/demo_arrays.h"
 #include "recorder/demo_file.h"
-#include "recorder/npz_demos.h"
+#include "recorder/formats/demo_arrays.h"
+#include "recorder/formats/npz_demos.h"
+#include "recorder/formats/robomimic_file.h"
 #include "recorder/record.h"
-#include "recorder/robomimic_file.h"
 #include "recorder/world.h"
 #include "tests/support/same_demo.h"
 #include "tests/support/sample_demo.h"

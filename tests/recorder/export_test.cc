@@ -4,11 +4,11 @@
 
 #include <fstream>
 
-#include "recorder/demo_arrays.h"
-#include "recorder/npz_demos.h"
-#include "recorder/rlbench_camera.h"
-#include "recorder/rlbench_episode.h"
-#include "recorder/robomimic_file.h"
+#include "recorder/formats/demo_arrays.h"
+#include "recorder/formats/npz_demos.h"
+#include "recorder/formats/rlbench_camera.h"
+#include "recorder/formats/rlbench_episode.h"
+#include "recorder/formats/robomimic_file.h"
 #include "tests/support/same_demo.h"
 #include "tests/support/sample_demo.h"
 #include "tests/support/temporary_folder.h"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "recorder/motion.h"
+#include "recorder/motion/motion.h"
 #include "recorder/task.h"
 #include "recorder/world.h"
 #include "tests/support/small_scene.h"

@@ -1,12 +1,12 @@
-#include "recorder/kinematics.h"
+#include "recorder/motion/kinematics.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <random>
 
-#include "recorder/ik_recovery.h"
-#include "recorder/posture.h"
+#include "recorder/motion/ik_recovery.h"
+#include "recorder/motion/posture.h"
 
 namespace flowscope {
 namespace {

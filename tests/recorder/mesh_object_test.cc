@@ -1,5 +1,5 @@
 // Mesh files of five formats as objects of the simulator.
-#include "recorder/mesh_object.h"
+#include "recorder/mesh/mesh_object.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
@@ -9,8 +9,8 @@
 #include <fstream>
 #include <limits>
 
-#include "recorder/convex_hull.h"
-#include "recorder/mesh_picture.h"
+#include "recorder/mesh/convex_hull.h"
+#include "recorder/mesh/mesh_picture.h"
 #include "recorder/scene_files.h"
 #include "recorder/task.h"
 #include "render/mujoco_owners.h"

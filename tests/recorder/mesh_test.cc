@@ -1,13 +1,13 @@
 // Volumes, inertias, hulls, cuts and convex parts against formulas.
-#include "recorder/mesh.h"
+#include "recorder/mesh/mesh.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "recorder/convex_hull.h"
-#include "recorder/convex_parts.h"
-#include "recorder/mesh_cut.h"
+#include "recorder/mesh/convex_hull.h"
+#include "recorder/mesh/convex_parts.h"
+#include "recorder/mesh/mesh_cut.h"
 #include "tests/support/sample_meshes.h"
 
 namespace flowscope {

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "recorder/mesh_object.h"
-#include "recorder/mesh_skin.h"
+#include "recorder/mesh/mesh_object.h"
+#include "recorder/mesh/mesh_skin.h"
 #include "render/decode.h"
 #include "render/encode.h"
 #include "render/renderer.h"

@@ -1,13 +1,13 @@
-#include "recorder/motion.h"
+#include "recorder/motion/motion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "recorder/collision.h"
-#include "recorder/kinematics.h"
-#include "recorder/planner.h"
+#include "recorder/motion/collision.h"
+#include "recorder/motion/kinematics.h"
+#include "recorder/motion/planner.h"
 #include "recorder/record.h"
 
 namespace flowscope {

@@ -1,5 +1,5 @@
 // What goes along with the hand, and what does not.
-#include "recorder/moving_parts.h"
+#include "recorder/motion/moving_parts.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>

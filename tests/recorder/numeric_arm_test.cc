@@ -1,4 +1,4 @@
-#include "recorder/numeric_arm.h"
+#include "recorder/motion/numeric_arm.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "recorder/trajectory.h"
+#include "recorder/motion/trajectory.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {

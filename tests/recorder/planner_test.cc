@@ -1,11 +1,11 @@
-#include "recorder/planner.h"
+#include "recorder/motion/planner.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "recorder/trajectory.h"
+#include "recorder/motion/trajectory.h"
 
 namespace flowscope {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "recorder/keyframes.h"
-#include "recorder/kinematics.h"
-#include "recorder/motion.h"
+#include "recorder/motion/kinematics.h"
+#include "recorder/motion/motion.h"
 #include "recorder/teleop_session.h"
 
 namespace flowscope {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "recorder/ik_recovery.h"
-#include "recorder/rounded_path.h"
-#include "recorder/time_law.h"
-#include "recorder/trajectory.h"
+#include "recorder/motion/ik_recovery.h"
+#include "recorder/motion/rounded_path.h"
+#include "recorder/motion/time_law.h"
+#include "recorder/motion/trajectory.h"
 
 namespace flowscope {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "recorder/motion.h"
+#include "recorder/motion/motion.h"
 #include "recorder/record.h"
 #include "recorder/world.h"
 

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "recorder/mesh.h"
+#include "recorder/mesh/mesh.h"
 
 namespace flowscope::testing {
 

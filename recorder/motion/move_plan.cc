@@ -1,0 +1,343 @@
+#include "recorder/motion/move_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "recorder/frame_time.h"
+#include "recorder/motion/collision.h"
+#include "recorder/motion/trajectory.h"
+#include "recorder/world.h"
+
+namespace flowscope {
+namespace {
+
+constexpr std::size_t kMostGoals = 12;     ///< postures offered to the planner
+constexpr std::size_t kMostDeadEnds = 60;  ///< tried before giving up on the lines that follow
+/// Values of a Panda's seventh joint that are tried, the next when none of the first leads on.
+constexpr std::array kSweeps{32, 128};
+constexpr double kGoalsApart_rad = 0.2;  ///< nearer ones are no real choice
+constexpr double kWithdraw_m = 0.03;
+constexpr double kLinearCheck_rad = 0.01;
+constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
+constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
+/// How far corners may be cut, the roundest first; at none the arm would stop at each.
+constexpr std::array kCorners_rad{0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
+constexpr double kSlow_rad_s = 0.2;  ///< clearly faster than what the keyframe rule takes for a stop
+constexpr int kSearches = 4;         ///< for a path on which the arm need not stop
+constexpr std::uint64_t kSearchSeeds = 0x9e3779b97f4a7c15;
+
+template <typename... Args>
+std::string text(const char* format, Args... args) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, format, args...);
+  return buffer;
+}
+
+std::string place_of(const Pose& pose) {
+  return text("(%.3f, %.3f, %.3f) m", pose.position.x(), pose.position.y(), pose.position.z());
+}
+
+MotionResult failed(MotionFailure failure, std::string message) {
+  return {failure, std::move(message), std::nullopt};
+}
+
+class MovePlanner {
+ public:
+  MovePlanner(const World& world, const MoveRequest& request, std::stop_token stop)
+      : world_(world),
+        request_(request),
+        stop_(std::move(stop)),
+        kinematics_(Kinematics::from_model(world.model(), world.task().robot())),
+        start_(world.frame().q) {}
+
+  PlannedMove plan() {
+    PlannedMove move;
+    move.result = request_.linear ? straight(move.targets) : planned(move.targets);
+    return move;
+  }
+
+ private:
+  std::string goal_text() const { return "the tool pose at " + place_of(request_.world_from_tool); }
+
+  MotionResult straight(JointPath& targets) const {
+    CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) {
+      if (request_.ignore_collisions) return checker.links_are_free(q);
+      return request_.may_push ? checker.is_free_to_push(q) : checker.is_free(q);
+    };
+    const auto accept = [&](const JointPath& path) { return path_is_free(path, is_free, kLinearCheck_rad); };
+    double reached = 0;
+    const JointPath path =
+        straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached, accept);
+    if (path.empty()) {
+      return failed(
+          MotionFailure::unreachable,
+          std::string("a straight line to ") + goal_text() +
+              text(" leaves the arm's reach or joint limits after %.0f %% of the way", 100 * reached));
+    }
+    targets = timed_targets(path, world_.task().robot().limits);
+    if (request_.ignore_collisions) return {};
+    if (const auto q = first_collision(targets, is_free)) {
+      const double whole = position_error_m(kinematics_.world_from_tool(start_), request_.world_from_tool);
+      const double left = position_error_m(kinematics_.world_from_tool(*q), request_.world_from_tool);
+      const double share = whole > 0 ? std::clamp(1 - left / whole, 0.0, 1.0) : 1;
+      return failed(MotionFailure::in_collision,
+                    "a straight line to " + goal_text() +
+                        text(" collides after %.0f %% of the way: ", 100 * share) + checker.describe(*q));
+    }
+    return {};
+  }
+
+  /// What will be commanded, at the resolution of what is executed: the first posture that is not free.
+  std::optional<JointVector> first_collision(const JointPath& targets, const IsFree& is_free) const {
+    JointVector from = start_;
+    for (const auto& to : targets) {
+      if (!segment_is_free(from, to, is_free, kExecutedCheck_rad)) {
+        const int steps =
+            std::max(1, static_cast<int>(std::ceil(joint_distance(from, to) / kExecutedCheck_rad)));
+        for (int i = 1; i <= steps; ++i) {
+          const JointVector q = joints_between(from, to, double(i) / steps);
+          if (!is_free(q)) return q;
+        }
+      }
+      from = to;
+    }
+    return {};
+  }
+
+  /// Back along the tool's own axis: a hand that leaves sideways what it has just pressed would scrape along
+  /// it.
+  JointPath withdraw(const IsFree& is_free) const {
+    Pose back = kinematics_.world_from_tool(start_);
+    back.position -= kWithdraw_m * (back.rotation * Eigen::Vector3d::UnitZ());
+    const JointPath path = straight_tool_path(kinematics_, start_, back);
+    if (path.empty() || !path_is_free(path, is_free, kLinearCheck_rad)) return {start_};
+    // So short a line is straight in joint space too; fewer corners are rounder ones.
+    const JointPath direct{start_, path.back()};
+    return path_is_free(direct, is_free, kLinearCheck_rad) ? direct : path;
+  }
+
+  enum class Onward { no, with_touch, free };
+  /// Whether the lines that follow are possible from `q`, and without the arm's links touching anything. What
+  /// the hand touches then is for those moves to say: things will have moved.
+  Onward onward(JointVector q, CollisionChecker& checker) const {
+    const auto is_free = [&](const JointVector& at) { return checker.links_are_free(at); };
+    Onward result = Onward::free;
+    for (const auto& pose : request_.then) {
+      bool free = false;
+      const auto accept = [&](const JointPath& path) {
+        return free = path_is_free(path, is_free, kLookAhead_rad);
+      };
+      const JointPath path = straight_tool_path(kinematics_, q, pose, nullptr, accept);
+      if (path.empty()) return Onward::no;
+      if (!free) result = Onward::with_touch;
+      q = path.back();
+    }
+    return result;
+  }
+
+  struct Goals {
+    std::vector<JointVector> postures;
+    Onward onward = Onward::no;
+  };
+  /// Free postures, clearly different from each other, the best first; those from which the lines that follow
+  /// touch something or are impossible only if no others exist.
+  Goals choose_goals(const std::vector<JointVector>& postures, const IsFree& is_free,
+                     CollisionChecker& checker) const {
+    std::vector<JointVector> good, touching, dead_ends;
+    const auto is_known = [&](const JointVector& q) {
+      const auto is_near = [&](const JointVector& known) {
+        return joint_distance(q, known) < kGoalsApart_rad;
+      };
+      return std::ranges::any_of(good, is_near) || std::ranges::any_of(touching, is_near) ||
+             std::ranges::any_of(dead_ends, is_near);
+    };
+    for (const auto& q : postures) {
+      if (good.size() == kMostGoals || touching.size() + dead_ends.size() == kMostDeadEnds) break;
+      if (is_known(q) || !is_free(q)) continue;
+      const Onward next = onward(q, checker);
+      (next == Onward::free ? good : next == Onward::with_touch ? touching : dead_ends).push_back(q);
+    }
+    Goals goals;
+    goals.onward = !good.empty() ? Onward::free : !touching.empty() ? Onward::with_touch : Onward::no;
+    goals.postures = std::move(!good.empty() ? good : !touching.empty() ? touching : dead_ends);
+    goals.postures.resize(std::min(goals.postures.size(), kMostGoals));
+    return goals;
+  }
+
+  /// Of few postures none may be free and lead on: then of more, if these are any better.
+  Goals find_goals(std::vector<JointVector>& postures, const IsFree& is_free,
+                   CollisionChecker& checker) const {
+    Goals best;
+    for (const int samples : kSweeps) {
+      auto swept = kinematics_.solve_all(request_.world_from_tool, start_, samples);
+      Goals goals = choose_goals(swept, is_free, checker);
+      if (postures.empty()) postures = std::move(swept);
+      if (best.postures.empty() || goals.onward > best.onward) best = std::move(goals);
+      if (!best.postures.empty() && best.onward == Onward::free) break;
+    }
+    return best;
+  }
+
+  /// Straight through joint space to a posture for which the arm's links touch nothing on the way, if there
+  /// is one; the hand may touch anything.
+  JointPath unchecked(const std::vector<JointVector>& postures) const {
+    CollisionChecker checker(world_);
+    const auto is_free = [&](const JointVector& q) { return checker.links_are_free(q); };
+    const auto best = std::ranges::find_if(
+        postures, [&](const JointVector& q) { return segment_is_free(start_, q, is_free, kLookAhead_rad); });
+    return {start_, best != postures.end() ? *best : postures.front()};
+  }
+
+  MotionResult planned(JointPath& targets) const {
+    const auto out_of_reach = [&] {
+      return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
+    };
+    if (request_.ignore_collisions) {
+      const auto postures = kinematics_.solve_all(request_.world_from_tool, start_, kSweeps.front());
+      if (postures.empty()) return out_of_reach();
+      targets = timed_targets(unchecked(postures), world_.task().robot().limits);
+      return {};
+    }
+    Commanded best;
+    for (int search = 0; search < kSearches; ++search) {
+      Commanded found = searched(search);
+      if (search == 0 || found.fit > best.fit) best = std::move(found);
+      if (best.fit == Fit::none || best.fit == Fit::smooth) break;
+    }
+    targets = std::move(best.targets);
+    return best.result;
+  }
+
+  enum class Fit { none, too_narrow, with_stops, smooth };
+  /// One path, as it would be commanded.
+  struct Commanded {
+    MotionResult result;
+    JointPath targets;
+    Fit fit = Fit::none;
+  };
+  static Commanded no_path(MotionFailure failure, std::string message) {
+    return {failed(failure, std::move(message)), {}};
+  }
+
+  /// Whether the arm nearly rests between two faster stretches: at a corner without room, or where the path
+  /// turns back.
+  bool stops_on_the_way(const JointPath& targets) const {
+    bool was_fast = false, slowed = false;
+    JointVector from = start_;
+    for (const auto& to : targets) {
+      const bool fast = joint_distance(from, to) > kSlow_rad_s * frame_s;
+      if (fast && slowed) return true;
+      slowed = was_fast && !fast;
+      was_fast = was_fast || fast;
+      from = to;
+    }
+    return false;
+  }
+
+  /// Every search but the first keeps clear of things, so that the next path lies where corners have room.
+  Commanded searched(int search) const {
+    CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) {
+      return checker.is_clear(q, search == 0 ? CollisionChecker::clear_depth_m : 0);
+    };
+    const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
+    if (retreat.size() > 1) checker.forget_start();
+    std::vector<JointVector> postures;
+    const Goals goals = find_goals(postures, is_free, checker);
+    if (postures.empty()) {
+      return no_path(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
+    }
+    if (goals.postures.empty()) {
+      return no_path(
+          MotionFailure::in_collision,
+          goal_text() + " collides in every posture, in the nearest: " + checker.describe(postures.front()));
+    }
+    PlanLimits limits;
+    limits.seed = request_.seed + kSearchSeeds * static_cast<std::uint64_t>(search);
+    limits.time_limit_s = request_.time_limit_s;
+    const Plan plan =
+        plan_joint_path(retreat.back(), goals.postures, kinematics_.limits(), is_free, limits, stop_);
+    const std::string none = "no collision-free path to " + goal_text();
+    switch (plan.outcome) {
+      case PlanOutcome::solved:
+        return timed(retreat, plan.path);
+      case PlanOutcome::cancelled:
+        return no_path(MotionFailure::cancelled, "cancelled while planning");
+      case PlanOutcome::timed_out:
+        return no_path(MotionFailure::timed_out, none + text(" within %.1f s", limits.time_limit_s));
+      case PlanOutcome::no_path:
+        break;
+    }
+    return no_path(MotionFailure::timed_out, none + text(" within %d tries", limits.iterations));
+  }
+
+  /// With corners as round as the room around them allows. A retreat begins where things touch that may, so
+  /// what is commanded is checked against the start as it is.
+  Commanded timed(JointPath path, const JointPath& plan) const {
+    path.insert(path.end(), plan.begin() + 1, plan.end());
+    CollisionChecker checker(world_);
+    const IsFree is_free = [&](const JointVector& q) { return checker.is_clear(q); };
+    Commanded found;
+    std::optional<JointVector> hit;
+    for (const double corner_rad : kCorners_rad) {
+      found.targets = timed_targets(path, world_.task().robot().limits, corner_rad);
+      hit = first_collision(found.targets, is_free);
+      if (hit) continue;
+      found.fit = stops_on_the_way(found.targets) ? Fit::with_stops : Fit::smooth;
+      return found;
+    }
+    found =
+        no_path(MotionFailure::in_collision,
+                "the path to " + goal_text() + " is too narrow to be followed: " + checker.describe(*hit));
+    found.fit = Fit::too_narrow;
+    return found;
+  }
+
+  const World& world_;
+  const MoveRequest& request_;
+  std::stop_token stop_;
+  Kinematics kinematics_;
+  JointVector start_;
+};
+
+}  // namespace
+
+const char* to_string(MotionFailure failure) {
+  switch (failure) {
+    case MotionFailure::none:
+      return "none";
+    case MotionFailure::unreachable:
+      return "unreachable";
+    case MotionFailure::in_collision:
+      return "in_collision";
+    case MotionFailure::timed_out:
+      return "timed_out";
+    case MotionFailure::not_reached:
+      return "not_reached";
+    case MotionFailure::cancelled:
+      return "cancelled";
+    case MotionFailure::simulation:
+      return "simulation";
+  }
+  return "unknown";
+}
+
+MotionResult no_robot() {
+  return failed(MotionFailure::unreachable,
+                "the scene is open for viewing: nothing says which robot is in it");
+}
+
+PlannedMove plan_move(const World& world, const MoveRequest& request, std::stop_token stop) {
+  if (world.task().robot().joints.empty()) return {no_robot(), {}};
+  PlannedMove move = MovePlanner(world, request, std::move(stop)).plan();
+  // Whoever cancelled knows that it did not get there.
+  if (!move.result && move.result.failure != MotionFailure::cancelled)
+    move.result.world_from_tool = request.world_from_tool;
+  return move;
+}
+
+}  // namespace flowscope
