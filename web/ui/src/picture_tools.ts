@@ -6,8 +6,8 @@ import { compose, dot, inverse, minus, plus, project, ray, rotate, scaled } from
 import { at_world, insert, remember, replace, select, selected_move, turned, with_approach } from "./script_actions";
 import { store } from "./store";
 import type { Approach, Camera, MoveStep, Vec3 } from "./types";
+import { view_id } from "./view_settings";
 
-const view_id = "main";
 const near_px = 14;
 const click_px = 4;
 const approach_m = 0.08;

@@ -5,9 +5,9 @@ import { fill, h, set_text, show_if } from "./dom";
 import { LatestCall } from "./latest";
 import { take_pointer, watch_picture } from "./picture_tools";
 import { store } from "./store";
-import type { ViewSettings } from "./types";
+import { change_view, main_view, view_id } from "./view_settings";
+import { view_toggle } from "./view_toggle";
 
-const view_id = "main";
 const retry_ms = 1500;
 const wheel_step = 0.05; // of the view height, for one notch of the wheel
 
@@ -91,26 +91,12 @@ function camera_buttons(): HTMLElement {
   return bar;
 }
 
-export function main_view(): ViewSettings | undefined {
-  return store.state.snapshot?.views.find((view) => view.id === view_id) ?? store.state.snapshot?.views[0];
-}
-
-export async function change_view(change: Partial<ViewSettings>): Promise<void> {
-  const view = await api.set_view(view_id, change);
-  const { snapshot } = store.state;
-  if (snapshot && view) store.set({ snapshot: { ...snapshot, views: snapshot.views.map((v) => (v.id === view.id ? view : v)) } });
-}
-
 function overlay_toggle(): HTMLElement {
-  const box = h("input", { type: "checkbox", "data-testid": "overlays", onchange: () => void act(() => change_view({ overlays: box.checked })) });
-  store.watch((s) => [s.snapshot?.views] as const, () => {
-    box.checked = main_view()?.overlays ?? true;
-  });
   const legend = (["noise", "action", "inside", "expert"] as const).map((meaning) =>
     h("span", { class: "legend" }, h("i", { class: `dot ${meaning}` }), { noise: "t = 0 noise", action: "t = 1 action", inside: "region", expert: "expert" }[meaning]));
   const key = h("span", { class: "legends" }, ...legend);
   store.watch((s) => [s.trace !== null] as const, (has_trace) => show_if(key, has_trace));
-  return h("div", { class: "overlays" }, key, h("label", { class: "check" }, box, "overlays"));
+  return h("div", { class: "overlays" }, key, h("label", { class: "check" }, view_toggle("overlays", true), "overlays"));
 }
 
 /// While a step is drawn the picture stands still at the moment of the prediction; this says so and leads back.

@@ -1,9 +1,8 @@
 // The task's success terms, living: each with its value against its threshold over the last seconds, in the task's own tree.
-import { act } from "../actions";
 import { fill, h, set_text, show_if } from "../dom";
 import { store } from "../store";
 import type { Snapshot, SuccessTerm } from "../types";
-import { change_view, main_view } from "../view";
+import { view_toggle } from "../view_toggle";
 import { Sparkline } from "./sparkline";
 
 const seconds = 8;
@@ -50,11 +49,7 @@ class Row {
 }
 
 function detector_toggle(): HTMLElement {
-  const box = h("input", { type: "checkbox", "data-testid": "detectors", onchange: () => void act(() => change_view({ detectors: box.checked })) });
-  store.watch((s) => [s.snapshot?.views] as const, () => {
-    box.checked = main_view()?.detectors ?? false;
-  });
-  return h("label", { class: "check", title: "draw the volumes and ways that the terms watch" }, box, "draw detectors");
+  return h("label", { class: "check", title: "draw the volumes and ways that the terms watch" }, view_toggle("detectors", false), "draw detectors");
 }
 
 /// The section for the Record panel.
