@@ -62,6 +62,10 @@ class MovePlanner {
  private:
   std::string goal_text() const { return "the tool pose at " + place_of(request_.world_from_tool); }
 
+  MotionResult out_of_reach() const {
+    return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
+  }
+
   MotionResult straight(JointPath& targets) const {
     CollisionChecker checker(world_);
     const IsFree is_free = [&](const JointVector& q) {
@@ -178,6 +182,7 @@ class MovePlanner {
       if (postures.empty()) postures = std::move(swept);
       if (best.postures.empty() || goals.onward > best.onward) best = std::move(goals);
       if (!best.postures.empty() && best.onward == Onward::free) break;
+      if (kinematics_.limits().joints < 7) break;  // no seventh joint to sweep: the same postures again
     }
     return best;
   }
@@ -193,9 +198,6 @@ class MovePlanner {
   }
 
   MotionResult planned(JointPath& targets) const {
-    const auto out_of_reach = [&] {
-      return failed(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
-    };
     if (request_.ignore_collisions) {
       const auto postures = kinematics_.solve_all(request_.world_from_tool, start_, kSweeps.front());
       if (postures.empty()) return out_of_reach();
@@ -249,7 +251,7 @@ class MovePlanner {
     std::vector<JointVector> postures;
     const Goals goals = find_goals(postures, is_free, checker);
     if (postures.empty()) {
-      return no_path(MotionFailure::unreachable, goal_text() + " is out of the arm's reach or joint limits");
+      return {out_of_reach(), {}};
     }
     if (goals.postures.empty()) {
       return no_path(
