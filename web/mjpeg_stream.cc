@@ -11,7 +11,10 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::chrono::seconds write_deadline{10}, repeat_after{1};
-constexpr std::chrono::milliseconds tick_period{250};
+// The first repeat comes soon: Blink draws a part only when it has the head of the one after it, so without
+// one a change of a world at rest would stay unseen for a second. Longer than the pause between pictures of a
+// moving one.
+constexpr std::chrono::milliseconds tick_period{250}, first_repeat_after{60};
 constexpr int send_buffer_bytes = 64 * 1024;
 
 constexpr const char* stream_head =
@@ -24,7 +27,7 @@ constexpr const char* stream_head =
     "Connection: close\r\n\r\n"
     "--frame\r\n";
 
-// The next boundary goes out with the part: Blink draws a part only when it has seen where the part ends.
+// The next boundary goes out with the part: other readers know by it where the part ends.
 constexpr std::string_view part_end = "\r\n--frame\r\n";
 
 std::string part_head(const EncodedFrame& frame) {
@@ -91,9 +94,12 @@ void MjpegStream::send(std::string head, FramePtr frame) {
     self->write_done_ = Clock::now();
     if (self->sending_) {
       ++self->context_->counters.frames_sent;
+      self->repeated_ = self->sending_ == self->last_;
       self->last_ = std::move(self->sending_);
     }
-    if (!self->closed_) self->write_next();
+    if (self->closed_) return;
+    self->write_next();
+    if (!self->writing_ && self->last_ && !self->repeated_) self->tick();
   });
 }
 
@@ -106,12 +112,14 @@ void MjpegStream::watch_peer() {
 }
 
 void MjpegStream::tick() {
-  timer_.expires_after(tick_period);
+  const bool repeat_soon = !writing_ && last_ && !repeated_;
+  timer_.expires_after(repeat_soon ? first_repeat_after : tick_period);
   timer_.async_wait([self = shared_from_this()](error_code failure) {
     if (failure || self->closed_) return;
     const auto now = Clock::now();
     if (self->writing_ && now - self->write_started_ > write_deadline) return self->close();
-    if (!self->writing_ && self->last_ && now - self->write_done_ >= repeat_after) self->offer(self->last_);
+    const auto pause = self->repeated_ ? Clock::duration(repeat_after) : Clock::duration(first_repeat_after);
+    if (!self->writing_ && self->last_ && now - self->write_done_ >= pause) self->offer(self->last_);
     self->tick();
   });
 }

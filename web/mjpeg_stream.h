@@ -16,7 +16,7 @@ namespace flowscope::web {
 
 /// Holds one waiting picture, the newest: a slow viewer misses pictures and delays nobody. A picture that did
 /// not get through within ten seconds ends the stream. When nothing new comes the last picture is repeated
-/// every second.
+/// soon, once, and then every second.
 class MjpegStream : public FrameViewer, public std::enable_shared_from_this<MjpegStream> {
  public:
   MjpegStream(boost::asio::ip::tcp::socket socket, std::shared_ptr<Context> context, std::string view);
@@ -39,7 +39,7 @@ class MjpegStream : public FrameViewer, public std::enable_shared_from_this<Mjpe
   FramePtr waiting_, last_;
   std::string head_;  ///< of the part being written
   FramePtr sending_;
-  bool writing_ = false, closed_ = false;
+  bool writing_ = false, closed_ = false, repeated_ = false;  ///< repeated_: last_ went out twice
   Clock::time_point write_started_{}, write_done_{};
   std::array<char, 256> ignored_{};
 };
