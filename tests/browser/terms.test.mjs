@@ -89,6 +89,30 @@ describe("detectors in the picture", { skip: missing("FLOWSCOPE_BIN"), timeout: 
     await keep_shot(page, "detectors-unmet");
   });
 
+  test("a switch stays where the hand put it while the program has not answered yet", async () => {
+    const settings = "**/api/v1/views/main", held = 1500;
+    await page.route(settings, async (route) => {
+      await new Promise((resolve) => setTimeout(resolve, held));
+      await route.continue();
+    });
+    await until(async () => (await at("script").inputValue()).includes("steps:"), "the task's own script");
+    await at("run-script").click(); // what moves is told to the page many times while the answer is held
+    const answered = page.waitForResponse(settings);
+    await at("detectors").click();
+    const seen = [];
+    for (let look = 0; look < 50; ++look) {
+      seen.push(await at("detectors").isChecked());
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+    await answered;
+    await page.unroute(settings);
+    assert.deepEqual([...new Set(seen)], [false]);
+    assert.equal(await at("detectors").isChecked(), false);
+    await at("detectors").check();
+    await until(() => at("run-script").isEnabled(), "the run to be over", patience);
+    await at("reset").click();
+  });
+
   test("what is met turns green, in the list and in the picture", async () => {
     await at("overlays").uncheck(); // the waypoints' axes are green too
     await at("picture").hover();

@@ -62,6 +62,7 @@ export function record_panel(): HTMLElement {
       (saved, tried) => set_text(tally, `${saved} saved of ${tried} tried`), () => store.state.script.changed), record) }, "● Record");
   const keys = h("span", { class: "quiet keys" }, ...[["n", "next"], ["r", "redo"], ["q", "stop"]].flatMap(([key, what]) => [h("kbd", {}, key!), `${what!} `]));
   const stop = h("button", { type: "button", "data-testid": "stop-recording", title: "stop (q)", onclick: () => void act(stop_episode) }, "Stop");
+  const unit = h("span", { class: "quiet", title: "a seed each" }, "episodes");
   const own = h("button", { type: "button", class: "link", "data-testid": "own-script", onclick: () => void act(load_own) }, "the task's own");
   const to_train = h("button", { type: "button", class: "link", onclick: () => open_tab("train") }, "Go to Train →");
   const forms = (["cards", "text"] as const).map((form) =>
@@ -73,7 +74,10 @@ export function record_panel(): HTMLElement {
   };
   show("cards");
 
-  store.watch((s) => [is_recording(s)] as const, (running) => show_if(stop, running));
+  store.watch((s) => [is_recording(s)] as const, (running) => {
+    show_if(stop, running);
+    show_if(unit, !running); // both do not fit beside the keys
+  });
   store.watch((s) => [(s.demos?.length ?? 0) > 0] as const, (any) => show_if(to_train, any));
 
   return h("div", { class: "panel record-panel" },
@@ -81,7 +85,7 @@ export function record_panel(): HTMLElement {
       h("div", { class: "row tight" }, h("button", { type: "button", class: "icon small", "aria-label": "undo", title: "undo (Ctrl+Z)", "data-testid": "undo", onclick: () => undo() }, "↶"),
         h("button", { type: "button", class: "icon small", "aria-label": "redo", title: "redo (Ctrl+Shift+Z)", "data-testid": "redo", onclick: () => redo() }, "↷"), own)),
     cards, editor, add_row(), jog_pad(),
-    h("div", { class: "row tight" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, h("span", { class: "quiet", title: "a seed each" }, "episodes")), stop, keys),
+    h("div", { class: "row tight" }, run, record, h("label", { class: "inline" }, h("span", { class: "times" }, "×"), episodes, unit), stop, keys),
     h("div", { class: "row spread job-row" }, job.element, tally, to_train),
     terms_block());
 }
