@@ -4,8 +4,10 @@
 #include <atomic>
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <thread>
 
@@ -41,15 +43,27 @@ int list_tasks(const std::vector<std::string>& folders, bool json) {
 }
 
 struct CheckCall {
-  std::vector<std::string> names;  ///< empty: all
-  std::optional<int> runs;         ///< unset: 40, and every variation at least once
+  std::vector<std::string> names;   ///< empty: all
+  std::optional<int> runs;          ///< unset: 40, and every variation at least once
+  std::optional<int> runs_of_each;  ///< of each variation, instead of `runs`
   std::uint64_t seed = 0;
+
+  int runs_of(const Task& task) const {
+    if (runs_of_each) return *runs_of_each * task.variations();
+    return runs.value_or(std::max(40, task.variations()));
+  }
 };
 
 nlohmann::ordered_json as_json(const std::vector<TaskCheckFailure>& failures) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const TaskCheckFailure& f : failures)
     list.push_back({{"variation", f.variation}, {"seed", f.seed}, {"reason", f.reason}});
+  return list;
+}
+
+nlohmann::ordered_json as_json(const std::vector<VariationCheck>& variations) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const VariationCheck& v : variations) list.push_back({{"runs", v.runs}, {"successes", v.successes}});
   return list;
 }
 
@@ -60,6 +74,7 @@ nlohmann::ordered_json as_json(const TaskCheck& c) {
           {"variations", c.variations},
           {"runs", c.runs},
           {"successes", c.successes},
+          {"by_variation", as_json(c.by_variation)},
           {"done_at_start", c.done_at_start},
           {"done_early", c.done_early},
           {"keyframes", c.keyframes},
@@ -73,17 +88,25 @@ nlohmann::ordered_json as_json(const TaskCheck& c) {
 }
 
 void print_row(const TaskCheck& c) {
-  char published[16] = "";
+  char published[16] = "", weakest[48] = "";
+  if (const auto v = c.weakest()) {
+    const VariationCheck& one = c.by_variation[static_cast<std::size_t>(*v)];
+    std::snprintf(weakest, sizeof weakest, "%d of %d", one.successes, one.runs);
+  }
   if (c.published_keyframes) std::snprintf(published, sizeof published, "%.1f", *c.published_keyframes);
-  std::printf("| %s | %d | %d of %d | %.1f | %s | %zu of %d | %.1f | %s |\n", c.task.c_str(), c.variations,
-              c.successes, c.runs, c.keyframes, published, c.outside.size(), c.keyframes_seen,
-              c.sim_seconds / std::max(1, c.runs), c.holds() ? "yes" : "no");
+  std::printf("| %s | %d | %d of %d | %s | %.1f | %s | %zu of %d | %.1f | %s |\n", c.task.c_str(),
+              c.variations, c.successes, c.runs, weakest, c.keyframes, published, c.outside.size(),
+              c.keyframes_seen, c.sim_seconds / std::max(1, c.runs), c.holds() ? "yes" : "no");
 }
 
-/// As many tasks at a time as there are cores; in the order of their names.
+/// As many tasks at a time as there are cores, those with the most runs first; in the order of their names.
 std::vector<TaskCheck> check_all(const TaskLibrary& library, const std::vector<std::string>& names,
                                  const CheckCall& call) {
   std::vector<TaskCheck> checks(names.size());
+  std::vector<std::size_t> order(names.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater<>{},
+                           [&](std::size_t k) { return call.runs_of(*library.get(names[k])); });
   std::atomic<std::size_t> next = 0;
   std::exception_ptr failure;
   std::mutex mutex;
@@ -92,9 +115,10 @@ std::vector<TaskCheck> check_all(const TaskLibrary& library, const std::vector<s
     for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
       workers.emplace_back([&] {
         try {
-          for (std::size_t k = next++; k < names.size(); k = next++) {
+          for (std::size_t nth = next++; nth < names.size(); nth = next++) {
+            const std::size_t k = order[nth];
             const auto task = library.get(names[k]);
-            const int runs = call.runs.value_or(std::max(40, task->variations()));
+            const int runs = call.runs_of(*task);
             checks[k] = check_task(task, runs, call.seed);
             std::fprintf(stderr, "%s: %d of %d\n", names[k].c_str(), checks[k].successes, runs);
           }
@@ -123,8 +147,9 @@ int check_tasks(const std::vector<std::string>& folders, const CheckCall& call, 
     print_json({{"seed", call.seed}, {"tasks", tasks}});
   } else {
     std::printf(
-        "| task | variations | success | keyframes | published | out of bounds | simulated s | holds "
-        "|\n|---|---|---|---|---|---|---|---|\n");
+        "| task | variations | success | weakest variation | keyframes | published | out of bounds | "
+        "simulated s | "
+        "holds |\n|---|---|---|---|---|---|---|---|---|\n");
     for (const TaskCheck& c : checks) print_row(c);
     for (const TaskCheck& c : checks)
       for (const auto& list : {c.failures, c.outside})
@@ -151,10 +176,17 @@ void add_tasks_command(CLI::App& root, Context& context) {
       "Run the tasks' own demonstrations on random placements; fails where one of twenty does not succeed");
   auto call = std::make_shared<CheckCall>();
   check->add_option("task", call->names, "Tasks; without any, all");
+  auto* runs =
+      check
+          ->add_option(
+              "--episodes", call->runs,
+              "Placements of each task, all variations in turn; without it 40, or as many as variations")
+          ->check(CLI::Range(1, 1000000));
   check
-      ->add_option("--episodes", call->runs,
-                   "Placements of each task, all variations in turn; without it 40, or as many as variations")
-      ->check(CLI::Range(1, 1000000));
+      ->add_option("--per-variation", call->runs_of_each,
+                   "Placements of each variation instead; from 20 on each must hold")
+      ->check(CLI::Range(1, 10000))
+      ->excludes(runs);
   check->add_option("--seed", call->seed, "Seed of the first placement; the next takes the next seed")
       ->capture_default_str();
   check->add_option("--tasks", *folders, "Folder of further tasks")

@@ -1,5 +1,6 @@
 #include "app/task_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -31,11 +32,29 @@ void count_keyframes(const Demo& demo, const std::vector<bool>& done, TaskCheck&
   if (cut < done.size() && done[cut]) ++sum.done_early;
 }
 
+bool enough(int successes, int runs) { return 20 * successes >= 19 * runs; }
+
 }  // namespace
 
+std::optional<int> TaskCheck::weakest() const {
+  std::optional<int> weakest;
+  for (int v = 0; v < static_cast<int>(by_variation.size()); ++v) {
+    const VariationCheck& one = by_variation[v];
+    if (one.runs == 0) continue;
+    if (!weakest || one.successes * by_variation[*weakest].runs < by_variation[*weakest].successes * one.runs)
+      weakest = v;
+  }
+  return weakest;
+}
+
 bool TaskCheck::holds() const {
+  constexpr int runs_that_tell = 20;
   const bool as_published = !published_keyframes || std::abs(keyframes / *published_keyframes - 1) <= 0.15;
-  return 20 * (successes - done_early) >= 19 * runs && done_at_start == 0 && outside.empty() && as_published;
+  const bool each = std::ranges::all_of(by_variation, [](const VariationCheck& one) {
+    return one.runs < runs_that_tell || enough(one.successes, one.runs);
+  });
+  return enough(successes - done_early, runs) && each && done_at_start == 0 && outside.empty() &&
+         as_published;
 }
 
 TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uint64_t first_seed) {
@@ -44,6 +63,7 @@ TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uin
   sum.variations = task->variations();
   sum.runs = runs;
   sum.published_keyframes = task->published_keyframes();
+  sum.by_variation.resize(static_cast<std::size_t>(sum.variations));
   World world(task);
   const auto no_picture = [](const SceneState&) { return Observation{}; };
   for (int i = 0; i < runs; ++i) {
@@ -56,11 +76,14 @@ TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uin
                                         [&](const Frame&) { done.push_back(world.success()); });
     sum.sim_seconds += report.sim_seconds;
     sum.wall_seconds += report.wall_seconds;
+    VariationCheck& one = sum.by_variation[static_cast<std::size_t>(variation)];
+    ++one.runs;
     if (!report.success) {
       sum.failures.push_back({variation, seed, report.reason});
       continue;
     }
     ++sum.successes;
+    ++one.successes;
     count_keyframes(*report.demo, done, sum);
   }
   if (sum.successes > 0) sum.keyframes /= sum.successes;

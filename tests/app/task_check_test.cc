@@ -53,6 +53,19 @@ TEST(TaskCheck, AsksForNineteenOfTwentyAndForASuccessThatMeansSomething) {
   EXPECT_FALSE(check.holds());
 }
 
+TEST(TaskCheck, AsksForNineteenOfTwentyOfEachVariationThatRanOftenEnough) {
+  TaskCheck check;
+  EXPECT_FALSE(check.weakest());
+  check.runs = 80, check.successes = 78;
+  check.by_variation = {{40, 40}, {40, 38}};
+  EXPECT_EQ(check.weakest(), 1);
+  EXPECT_TRUE(check.holds());
+  check.by_variation = {{43, 41}, {37, 35}};
+  EXPECT_FALSE(check.holds()) << "35 of 37 are fewer than 95 %";
+  check.by_variation = {{61, 61}, {19, 17}};
+  EXPECT_TRUE(check.holds()) << "too few runs to tell";
+}
+
 /// A folder with a copy of open_drawer in which `text` of its task.yaml is replaced.
 class ChangedTask : public ::testing::Test {
  protected:
@@ -122,7 +135,13 @@ TEST_F(ChangedTask, ItsDemonstrationsAreExportedWithItsFolderNamed) {
 TEST(TasksCheckCommand, PrintsATableAndRefusesAnUnknownTask) {
   const auto table = run_command({"tasks", "check", "open_drawer", "--episodes", "1"});
   EXPECT_EQ(table.code, 0) << table.err;
-  EXPECT_TRUE(contains(table.out, "| open_drawer | 3 | 1 of 1 | 3.0 | 3.0 | 0 of 3 |")) << table.out;
+  EXPECT_TRUE(contains(table.out, "| open_drawer | 3 | 1 of 1 | 1 of 1 | 3.0 | 3.0 | 0 of 3 |")) << table.out;
+  const auto each = run_command({"tasks", "check", "open_drawer", "--per-variation", "2", "--json"});
+  EXPECT_EQ(
+      json::parse(each.out)["tasks"][0]["by_variation"],
+      json::parse(
+          R"([{"runs": 2, "successes": 2}, {"runs": 2, "successes": 2}, {"runs": 2, "successes": 2}])"));
+  EXPECT_EQ(run_command({"tasks", "check", "--per-variation", "2", "--episodes", "2"}).code, 2);
   const auto unknown = run_command({"tasks", "check", "juggle"});
   EXPECT_EQ(unknown.code, 2);
   EXPECT_TRUE(contains(unknown.err, "open_drawer")) << unknown.err;
