@@ -25,6 +25,12 @@ std::string false_terms(const World& world) {
   return text.empty() ? "the task's condition does not hold" : text;
 }
 
+/// Nothing has moved yet, and what is wrong is the pose.
+bool another_yaw_may_help(MotionFailure failure) {
+  return failure == MotionFailure::unreachable || failure == MotionFailure::in_collision ||
+         failure == MotionFailure::timed_out;
+}
+
 /// One run in progress.
 class ScriptRun {
  public:
@@ -85,23 +91,43 @@ class ScriptRun {
     return lines;
   }
 
+  /// With the yaws that are as good, the least turn first, as long as the lines that follow are possible; in
+  /// the end the least turn in any case. Straight lines turn as little as they can.
+  std::vector<MoveRequest> attempts_at(const MoveStep& move, std::size_t index) const {
+    MoveRequest request;
+    request.linear = move.linear;
+    request.ignore_collisions = move.ignore_collisions;
+    request.seed = world_.episode().seed * 10'007 + index;
+    std::vector<MoveRequest> attempts;
+    for (const PlacedMove& placed : place_choices(world_, move, world_.robot().world_from_tool)) {
+      request.world_from_tool = placed.world_from_tool;
+      if (move.linear) return {request};
+      request.then = lines_after(index, request.world_from_tool);
+      request.must_lead_on = true;
+      attempts.push_back(request);
+    }
+    attempts.push_back(attempts.front());
+    attempts.back().must_lead_on = false;
+    return attempts;
+  }
+
   MotionResult execute(const Step& step, std::size_t index) {
     const FrameSink sink = [this](const Frame& frame) { return keep(frame); };
     if (const auto* gripper = std::get_if<GripperStep>(&step.what)) {
       return move_gripper(world_, gripper->openness, sink, stop_);
     }
-    const auto& move = std::get<MoveStep>(step.what);
-    MoveRequest request;
+    std::vector<MoveRequest> attempts;
     try {
-      request.world_from_tool = place_move(world_, move, world_.robot().world_from_tool).world_from_tool;
-      if (!move.linear) request.then = lines_after(index, request.world_from_tool);
+      attempts = attempts_at(std::get<MoveStep>(step.what), index);
     } catch (const std::invalid_argument& error) {
       return {MotionFailure::unreachable, error.what()};
     }
-    request.linear = move.linear;
-    request.ignore_collisions = move.ignore_collisions;
-    request.seed = world_.episode().seed * 10'007 + index;
-    return move_to(world_, request, sink, stop_);
+    MotionResult result;
+    for (const MoveRequest& attempt : attempts) {
+      result = move_to(world_, attempt, sink, stop_);
+      if (!another_yaw_may_help(result.failure)) break;
+    }
+    return result;
   }
 
   bool await_success(RunReport& report) {

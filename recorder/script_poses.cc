@@ -1,5 +1,6 @@
 #include "recorder/script_poses.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -44,6 +45,20 @@ PlacedMove place_move(const World& world, const MoveStep& move, const Pose& pres
   const Pose frame = move.frame == "tool" ? present : world.world_from(move.frame);
   const Pose base = frame * turned(nearest_yaw(frame, move, present.rotation));
   return {base * move.frame_from_tool, base};
+}
+
+std::vector<PlacedMove> place_choices(const World& world, const MoveStep& move, const Pose& present) {
+  const PlacedMove first = place_move(world, move, present);
+  const int count = move.yaw_symmetry == 0 ? 12 : move.yaw_symmetry;
+  std::vector<PlacedMove> choices;
+  for (int k = 0; k < count; ++k) {
+    const Pose base = first.world_from_base * turned(2 * std::numbers::pi * k / count);
+    choices.push_back({base * move.frame_from_tool, base});
+  }
+  std::stable_sort(choices.begin() + 1, choices.end(), [&](const PlacedMove& a, const PlacedMove& b) {
+    return rotation_error_rad(a.world_from_tool, present) < rotation_error_rad(b.world_from_tool, present);
+  });
+  return choices;
 }
 
 std::vector<PlacedStep> place_script(const World& world, const Script& script, const Pose& tool,

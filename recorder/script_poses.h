@@ -19,6 +19,8 @@ struct PlacedMove {
 /// `present`: the tool's pose when the step starts; it decides the yaw and is what the frame `tool` means.
 /// Throws std::invalid_argument for an unknown frame, with the known ones.
 PlacedMove place_move(const World& world, const MoveStep& move, const Pose& present);
+/// place_move's and those with the other yaws that are as good (of any yaw twelve), the least turn first.
+std::vector<PlacedMove> place_choices(const World& world, const MoveStep& move, const Pose& present);
 
 /// One step of a script as it would be if it ran now.
 struct PlacedStep {

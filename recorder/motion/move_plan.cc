@@ -117,7 +117,7 @@ class MovePlanner {
   JointPath withdraw(const IsFree& is_free) const {
     Pose back = kinematics_.world_from_tool(start_);
     back.position -= kWithdraw_m * (back.rotation * Eigen::Vector3d::UnitZ());
-    const JointPath path = straight_tool_path(kinematics_, start_, back);
+    const JointPath path = straight_tool_path(kinematics_, start_, back, nullptr, {}, LineEffort::quick);
     if (path.empty() || !path_is_free(path, is_free, kLinearCheck_rad)) return {start_};
     // So short a line is straight in joint space too; fewer corners are rounder ones.
     const JointPath direct{start_, path.back()};
@@ -135,7 +135,7 @@ class MovePlanner {
       const auto accept = [&](const JointPath& path) {
         return free = path_is_free(path, is_free, kLookAhead_rad);
       };
-      const JointPath path = straight_tool_path(kinematics_, q, pose, nullptr, accept);
+      const JointPath path = straight_tool_path(kinematics_, q, pose, nullptr, accept, LineEffort::quick);
       if (path.empty()) return Onward::no;
       if (!free) result = Onward::with_touch;
       q = path.back();
@@ -257,6 +257,11 @@ class MovePlanner {
       return no_path(
           MotionFailure::in_collision,
           goal_text() + " collides in every posture, in the nearest: " + checker.describe(postures.front()));
+    }
+    if (request_.must_lead_on && goals.onward == Onward::no) {
+      return no_path(MotionFailure::unreachable,
+                     "from " + goal_text() +
+                         " the straight lines that follow are out of the arm's reach or joint limits");
     }
     PlanLimits limits;
     limits.seed = request_.seed + kSearchSeeds * static_cast<std::uint64_t>(search);

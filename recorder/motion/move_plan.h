@@ -36,6 +36,7 @@ struct MoveRequest {
   /// Straight tool lines that are going to follow: among the postures that reach the pose, a planned move
   /// prefers those from which these are possible.
   std::vector<Pose> then;
+  bool must_lead_on = false;  ///< fail as unreachable where they are possible from none
 };
 
 /// One target per 20 Hz frame; none where the world stands already.

@@ -41,7 +41,10 @@ INSTANTIATE_TEST_SUITE_P(
         HardPlacement{"reach_and_drag", 5, 20025, 6,
                       "few values of the seventh joint lead on along the lines"},
         HardPlacement{"unplug_charger", 0, 30021, 2, "the socket lies near the edge of the arm's reach"},
-        HardPlacement{"setup_checkers", 1, 30061, 11, "a piece that fingers sink into is flung away"}));
+        HardPlacement{"setup_checkers", 1, 30061, 11, "a piece that fingers sink into is flung away"},
+        HardPlacement{"close_jar", 6, 20186, 6,
+                      "the line down passes close by a singularity of the shoulder"},
+        HardPlacement{"stack_cups", 10, 20290, 11, "the rim's nearest grip lies beyond the arm's reach"}));
 
 }  // namespace
 }  // namespace flowscope

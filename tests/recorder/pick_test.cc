@@ -76,6 +76,14 @@ TEST(Pick, ProposesWaypointsThatFollowTheThing) {
         rotation_error_rad(place_move(*world, proposal.move, tool).world_from_tool, proposal.world_from_tool),
         1e-6);
   }
+  const auto choices = place_choices(*world, proposals[2].move, tool);
+  ASSERT_EQ(choices.size(), 12u);
+  EXPECT_LT(rotation_error_rad(choices[0].world_from_tool, proposals[2].world_from_tool), 1e-6);
+  for (std::size_t k = 1; k < choices.size(); ++k) {
+    EXPECT_LT(position_error_m(choices[k].world_from_tool, choices[0].world_from_tool), 1e-9);
+    EXPECT_GE(rotation_error_rad(choices[k].world_from_tool, tool),
+              rotation_error_rad(choices[k - 1].world_from_tool, tool) - 1e-9);
+  }
   // On another placement it lies at the same place of the button.
   const Eigen::Vector3d in_button =
       world->world_from("button_2").inverse() * proposals[0].world_from_tool.position;

@@ -122,6 +122,25 @@ TEST(Trajectory, LeadsTheToolAlongAStraightLine) {
   }
 }
 
+TEST(Trajectory, PassesCloseByASingularityInSmallerSteps) {
+  const Kinematics arm({}, {{0, 0, 0.1034}, Eigen::Quaterniond::Identity()}, kLimits);
+  const JointVector start{-0.241, -0.073, -0.110, -2.593, -0.013, 2.520, -1.125};  // q2 passes 0 on the way
+  const Pose from = arm.world_from_tool(start);
+  Pose to = from;
+  to.position.z() -= 0.055;
+  double reached = -1;
+  EXPECT_TRUE(straight_tool_path(arm, start, to, &reached, {}, LineEffort::quick).empty());
+  EXPECT_LT(reached, 0.9);
+  const JointPath path = straight_tool_path(arm, start, to, &reached);
+  ASSERT_FALSE(path.empty());
+  EXPECT_EQ(reached, 1);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Eigen::Vector3d offset = arm.world_from_tool(path[i]).position - from.position;
+    EXPECT_LT(offset.head<2>().norm(), 1e-9);
+    EXPECT_LE(joint_distance(path[i - 1], path[i]), 0.12);
+  }
+}
+
 TEST(Trajectory, SaysHowFarALineOutOfReachWent) {
   const Kinematics arm({}, {}, kLimits);
   const JointVector start{0.1, 0.4, -0.1, -2.0, 0.1, 2.4, 0.5};
