@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kTries = 20'000;
 // How far from a waypoint the arm comes to rest, metres: what it holds or pushes lies to its side.
-const Eigen::Vector3d kTracking{0.002, 0.002, 0.001};
+const Eigen::Vector3d kTracking{0.003, 0.003, 0.001};
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 Range read_range(const TaskReader& reader, const TaskNode& map, const std::string& key, double unit) {

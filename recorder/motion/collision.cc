@@ -55,7 +55,7 @@ bool gives_way(const mjModel* model, int body) {
 }  // namespace
 
 struct CollisionChecker::Impl {
-  enum class Asked { all, links, all_but_pushed };
+  enum class Asked { all, all_and_clearance, links, all_but_pushed };
 
   /// Two geoms that might touch while the arm moves; at least the first one moves.
   struct Pair {
@@ -64,6 +64,7 @@ struct CollisionChecker::Impl {
     bool links = false;   ///< neither is of the hand or held
     bool pushed = false;  ///< the hand, or what it holds, and a thing that gives way
     double margin = 0, allowed_m = 0;
+    double clearance_m = 0;  ///< of what is carried from what stands still, as far as it is kept at the start
     GeomBounds other_bounds;  ///< where the other stands still
   };
 
@@ -78,6 +79,8 @@ struct CollisionChecker::Impl {
     parts.place(start, data.get());
     for (Pair& pair : pairs) {
       const double distance = deepest(pair);
+      if (pair.clearance_m > 0)
+        pair.clearance_m = std::clamp(deepest(pair, pair.clearance_m) - clear_depth_m, 0.0, pair.clearance_m);
       if (distance > pair.margin) continue;
       touched = true;
       pair.allowed_m = std::max(0.0, -distance);
@@ -104,6 +107,8 @@ struct CollisionChecker::Impl {
       pair.links = !parts.in_hand(body1) && !parts.in_hand(body2);
       pair.pushed = !pair.links && !pair.other_moves && gives_way(model, model->geom_bodyid[pair.other]);
       pair.margin = margin;
+      if (!pair.other_moves && parts.carried(model->geom_bodyid[pair.moving]))
+        pair.clearance_m = carried_clearance_m;
       if (!pair.other_moves) pair.other_bounds = geom_bounds(model, data.get(), pair.other);
       pairs.push_back(pair);
     };
@@ -126,9 +131,9 @@ struct CollisionChecker::Impl {
     }
   }
 
-  bool may_touch(const Pair& pair) const {
+  bool may_touch(const Pair& pair, double margin) const {
     const Vector3d center = Eigen::Map<const Vector3d>(data->geom_xpos + 3 * pair.moving);
-    const double radius = model->geom_rbound[pair.moving] + pair.margin;
+    const double radius = model->geom_rbound[pair.moving] + margin;
     if (model->geom_rbound[pair.moving] <= 0) return true;
     if (!pair.other_moves) return pair.other_bounds.within(center, radius);
     const double reach = radius + model->geom_rbound[pair.other];
@@ -136,14 +141,16 @@ struct CollisionChecker::Impl {
     return apart.squaredNorm() <= reach * reach;
   }
 
-  /// Distance at the deepest contact, metres, negative inside each other; infinite when there is none.
-  double deepest(const Pair& pair) {
+  /// Distance at the deepest contact, metres, negative inside each other; infinite where they are farther
+  /// apart than the pair's margin, or than `least_margin`.
+  double deepest(const Pair& pair, double least_margin = 0) {
+    const double margin = std::max(pair.margin, least_margin);
     double distance = std::numeric_limits<double>::infinity();
-    if (!may_touch(pair)) return distance;
+    if (!may_touch(pair, margin)) return distance;
     int geom1 = pair.moving, geom2 = pair.other;
     if (model->geom_type[geom1] > model->geom_type[geom2]) std::swap(geom1, geom2);
     const mjfCollision collide = mjCOLLISIONFUNC[model->geom_type[geom1]][model->geom_type[geom2]];
-    const int count = collide(model, data.get(), contacts.data(), geom1, geom2, pair.margin);
+    const int count = collide(model, data.get(), contacts.data(), geom1, geom2, margin);
     for (int i = 0; i < count; ++i) distance = std::min(distance, contacts[static_cast<std::size_t>(i)].dist);
     return distance;
   }
@@ -158,6 +165,8 @@ struct CollisionChecker::Impl {
     const auto collides = [&](const Pair& pair) {
       if (asked == Asked::links && !pair.links) return false;
       if (asked == Asked::all_but_pushed && pair.pushed) return false;
+      if (asked == Asked::all_and_clearance && pair.clearance_m > 0)
+        return deepest(pair, pair.clearance_m) < pair.clearance_m;
       return excess(pair, tolerance_m) > 0;
     };
     // Neighbouring postures mostly collide in the same place.
@@ -183,6 +192,10 @@ CollisionChecker::~CollisionChecker() = default;
 
 bool CollisionChecker::is_free(const JointVector& q) { return impl_->is_free(q, kTolerance_m); }
 bool CollisionChecker::is_clear(const JointVector& q, double depth_m) { return impl_->is_free(q, depth_m); }
+bool CollisionChecker::carries_clear(const JointVector& q) {
+  return impl_->is_free(q, clear_depth_m, Impl::Asked::all_and_clearance);
+}
+bool CollisionChecker::carries() const { return impl_->parts.carries_anything(); }
 bool CollisionChecker::links_are_free(const JointVector& q) {
   return impl_->is_free(q, kTolerance_m, Impl::Asked::links);
 }

@@ -32,6 +32,12 @@ class CollisionChecker {
   /// is free at finer ones.
   bool is_clear(const JointVector& q, double depth_m = clear_depth_m);
   static constexpr double clear_depth_m = 0.0005;
+  /// As is_clear, and what the hand carries stays `carried_clearance_m` away from everything that stands
+  /// still, or as near as it is at the start: a weld gives, so what is carried lags behind where the hand
+  /// takes it.
+  bool carries_clear(const JointVector& q);
+  static constexpr double carried_clearance_m = 0.005;
+  bool carries() const;  ///< whether the hand holds something that goes along
   /// As is_free, but things that give way (joints let them move) may be pushed by the hand and what it holds.
   bool is_free_to_push(const JointVector& q);
   /// As is_free, for the arm's links alone: a hand that shall touch things must not push the arm into others.

@@ -205,15 +205,14 @@ class MovePlanner {
       return {};
     }
     Commanded best;
-    for (int search = 0; search < kSearches; ++search) {
-      Commanded found = searched(search);
-      if (search == 0 || found.fit > best.fit) best = std::move(found);
-      if (best.fit == Fit::none || best.fit == Fit::smooth) break;
-    }
+    if (CollisionChecker(world_).carries()) search_several(Care::carried_apart, best);
+    if (best.fit != Fit::smooth) search_several(Care::nothing_touches, best);
     targets = std::move(best.targets);
     return best.result;
   }
 
+  /// What is asked of a path: that nothing touches, or besides that what the hand carries stays apart.
+  enum class Care { nothing_touches, carried_apart };
   enum class Fit { none, too_narrow, with_stops, smooth };
   /// One path, as it would be commanded.
   struct Commanded {
@@ -240,11 +239,25 @@ class MovePlanner {
     return false;
   }
 
+  void search_several(Care care, Commanded& best) const {
+    for (int search = 0; search < kSearches; ++search) {
+      Commanded found = searched(search, care);
+      const bool none = found.fit == Fit::none;
+      if (best.fit == Fit::none || found.fit > best.fit) best = std::move(found);
+      if (none || best.fit == Fit::smooth) break;
+    }
+  }
+
+  static bool is_free(CollisionChecker& checker, Care care, const JointVector& q,
+                      double depth_m = CollisionChecker::clear_depth_m) {
+    return care == Care::carried_apart ? checker.carries_clear(q) : checker.is_clear(q, depth_m);
+  }
+
   /// Every search but the first keeps clear of things, so that the next path lies where corners have room.
-  Commanded searched(int search) const {
+  Commanded searched(int search, Care care) const {
     CollisionChecker checker(world_);
     const IsFree is_free = [&](const JointVector& q) {
-      return checker.is_clear(q, search == 0 ? CollisionChecker::clear_depth_m : 0);
+      return MovePlanner::is_free(checker, care, q, search == 0 ? CollisionChecker::clear_depth_m : 0);
     };
     const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
     if (retreat.size() > 1) checker.forget_start();
@@ -271,7 +284,7 @@ class MovePlanner {
     const std::string none = "no collision-free path to " + goal_text();
     switch (plan.outcome) {
       case PlanOutcome::solved:
-        return timed(retreat, plan.path);
+        return timed(retreat, plan.path, care);
       case PlanOutcome::cancelled:
         return no_path(MotionFailure::cancelled, "cancelled while planning");
       case PlanOutcome::timed_out:
@@ -284,10 +297,10 @@ class MovePlanner {
 
   /// With corners as round as the room around them allows. A retreat begins where things touch that may, so
   /// what is commanded is checked against the start as it is.
-  Commanded timed(JointPath path, const JointPath& plan) const {
+  Commanded timed(JointPath path, const JointPath& plan, Care care) const {
     path.insert(path.end(), plan.begin() + 1, plan.end());
     CollisionChecker checker(world_);
-    const IsFree is_free = [&](const JointVector& q) { return checker.is_clear(q); };
+    const IsFree is_free = [&](const JointVector& q) { return MovePlanner::is_free(checker, care, q); };
     Commanded found;
     std::optional<JointVector> hit;
     for (const double corner_rad : kCorners_rad) {

@@ -50,7 +50,8 @@ struct PlannedMove {
 /// against a motion, but among several the arm's links decide.
 ///
 /// A planned path whose corners have no room to be rounded is searched anew, a few times: at a corner that is
-/// not round the arm stops, and a stop is a keyframe to those who read the demonstration.
+/// not round the arm stops, and a stop is a keyframe to those who read the demonstration. What the hand
+/// carries keeps `CollisionChecker::carried_clearance_m` from things where a path allows it.
 PlannedMove plan_move(const World& world, const MoveRequest& request, std::stop_token stop = {});
 
 }  // namespace flowscope

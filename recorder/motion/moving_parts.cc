@@ -40,6 +40,7 @@ MovingParts::MovingParts(const mjModel* model, const mjData* data, const ArmIndi
                          const std::vector<std::string>& held)
     : moves_(static_cast<std::size_t>(model->nbody)),
       in_hand_(static_cast<std::size_t>(model->nbody)),
+      carried_(static_cast<std::size_t>(model->nbody)),
       part_of_(static_cast<std::size_t>(model->nbody), -1) {
   const int first_link = model->jnt_bodyid[arm.joint[0]], hand = arm.hand;
   for (int body = 1; body < model->nbody; ++body) {
@@ -69,6 +70,7 @@ MovingParts::MovingParts(const mjModel* model, const mjData* data, const ArmIndi
     for (int body = 1; body < model->nbody; ++body) {
       if (!is_below(model, body, root)) continue;
       in_hand_[body] = true;
+      carried_[body] = goes_along;
       if (goes_along) add_part(data, body, part_of_[body == root ? hand : model->body_parentid[body]]);
     }
   }

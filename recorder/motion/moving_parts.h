@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,9 @@ class MovingParts {
   /// The hand, the fingers, and what is held even if joints hold it back (a drawer): these may touch
   /// each other.
   bool in_hand(int body) const { return in_hand_[static_cast<std::size_t>(body)] != 0; }
+  /// What is held and goes along.
+  bool carried(int body) const { return carried_[static_cast<std::size_t>(body)] != 0; }
+  bool carries_anything() const { return std::ranges::find(carried_, 1) != carried_.end(); }
 
  private:
   struct Part {
@@ -48,9 +52,9 @@ class MovingParts {
   };
   void add_part(const mjData_* data, int body, int parent);
 
-  std::vector<char> moves_, in_hand_;  ///< per body
-  std::vector<int> part_of_;           ///< per body, -1 for what stands still
-  std::vector<Part> parts_;            ///< parents before children
+  std::vector<char> moves_, in_hand_, carried_;  ///< per body
+  std::vector<int> part_of_;                     ///< per body, -1 for what stands still
+  std::vector<Part> parts_;                      ///< parents before children
   std::vector<Geom> geoms_;
 };
 
