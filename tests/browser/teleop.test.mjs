@@ -169,7 +169,7 @@ describe("teleoperation in the browser", { skip: missing("FLOWSCOPE_BIN"), timeo
       return apart(world.position, from.position) > 0.02 && world;
     }, "another place");
     await until(async () => Math.hypot(...(await on_page((await steps())[1].world.position)).map((v, i) => v - [x + 60, y + 8][i])) < 4, "the place under the pointer");
-    assert.ok(Math.abs(moved.position[2] - from.position[2]) < 5e-4, "it keeps its height");
+    assert.ok(Math.abs(moved.position[2] - from.position[2]) < 5e-4, `it keeps its height: ${from.position} to ${moved.position}`);
     await page.keyboard.down("Alt");
     await page.mouse.wheel(0, 100);
     await page.keyboard.up("Alt");
@@ -337,6 +337,35 @@ describe("teleoperation in the browser", { skip: missing("FLOWSCOPE_BIN"), timeo
     await page.keyboard.press("n");
     await until(async () => (await api("state")).seed === seed + 1, "the next placement", 2 * minutes);
     assert.equal((await api("demos")).demos.length, before_it + 1);
+  });
+
+  test("a waypoint goes along with what a run has moved, and is taken hold of there", async () => {
+    await page.evaluate(async () => {
+      const call = (path, body) => fetch(`/api/v1/${path}`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+      await call("reset", { task: "slide_block_to_color_target", variation: 0, seed: 1 });
+    });
+    await until(async () => /slide_block/.test(await at("script").inputValue()), "the task's own script");
+    await at("script-as-text").click();
+    await at("script").fill("task: slide_block_to_color_target\nsteps:\n  - move: {frame: block, position: [0, 0, 0.1], rpy_deg: [180, 0, 0]}\n");
+    await at("script-as-cards").click();
+    await settle(1);
+    const before_it = (await steps())[0].world.position;
+    const job = await page.evaluate(async () => {
+      const body = JSON.stringify({ task: "slide_block_to_color_target", record: false });
+      return (await (await fetch("/api/v1/script", { method: "POST", headers: { "Content-Type": "application/json" }, body })).json()).job;
+    });
+    await until(async () => ["done", "failed"].includes((await api(`jobs/${job}`)).state), "the end of the run", 3 * minutes);
+    const now = await until(async () => {
+      const { position } = (await steps())[0].world;
+      return apart(position, before_it) > 0.1 && position;
+    }, "the block elsewhere");
+    const [x, y] = await on_page(now);
+    await until(async () => {
+      await page.mouse.move(x + 1, y);
+      await page.mouse.move(x, y);
+      return at("picture").evaluate((picture) => picture.classList.contains("over-waypoint"));
+    }, "a hand over the waypoint");
+    await keep_shot(page, "teleop-went-along");
   });
 
   test("nothing was refused by the page's own policy, nothing threw", () => assert.deepEqual(complaints, []));

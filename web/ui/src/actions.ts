@@ -60,9 +60,16 @@ export async function load_everything(): Promise<void> {
   if (shown && !store.state.trace) await select_trace(shown.trace, shown.step);
 }
 
+/// Starts an episode. The page knows of it when this resolves: what is done next must not take it for the one before.
+export async function reset(task: string, variation: number, seed: number): Promise<void> {
+  const answer = await api.reset(task, variation, seed);
+  if (answer.episode > (store.state.snapshot?.episode ?? 0)) take_event({ type: "state", data: answer });
+}
+
 export function take_event(event: ServerEvent): void {
   switch (event.type) {
     case "state": {
+      if (event.data.episode < (store.state.snapshot?.episode ?? 0)) break; // overtaken by the answer to a reset
       const before = store.state.snapshot?.shown;
       store.set({ snapshot: event.data, teleop: event.data.teleop ?? store.state.teleop });
       follow(event.data.shown ?? null, before ?? null);

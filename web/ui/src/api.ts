@@ -57,7 +57,7 @@ export const api = {
   tasks: () => json<{ tasks: TaskEntry[] }>("GET", `${v1}/tasks`).then((r) => r.tasks),
   script: (task: string) => call("GET", `${v1}/tasks/${id_of(task)}/script`).then((r) => r.text()),
   reset: (task: string, variation: number, seed: number) =>
-    json<unknown>("POST", `${v1}/reset`, { task, variation, seed }),
+    json<Snapshot>("POST", `${v1}/reset`, { task, variation, seed }),
   set_view: (id: string, change: Partial<ViewSettings>) => json<ViewSettings>("PUT", `${v1}/views/${id_of(id)}`, change),
   drag: (id: string, drag: CameraDrag) => json<ViewSettings>("POST", `${v1}/views/${id_of(id)}/drag`, drag),
   run_script: (what: { script: string } | { task: string }, record: boolean) =>

@@ -1,5 +1,5 @@
 // From one episode to the next, as LeRobot's keys do: n next, r redo, q stop.
-import { act, inform, is_recording, job_over } from "./actions";
+import { act, inform, is_recording, job_over, reset } from "./actions";
 import { api } from "./api";
 import { leave_scene, save_by_hand, unsaved_by_hand } from "./by_hand";
 import { next_seed, reset_scene } from "./header";
@@ -32,7 +32,7 @@ export async function record_many(wanted: number, run: () => Promise<Job>, tell:
       if (over.state === "failed" && broken()) break;
       if (said !== "redo") ++episode;
       const scene = store.state.snapshot;
-      if (said !== "redo" && episode < wanted && scene) await api.reset(scene.task, scene.variation, scene.seed + 1);
+      if (said !== "redo" && episode < wanted && scene) await reset(scene.task, scene.variation, scene.seed + 1);
     }
   } finally {
     running = false;

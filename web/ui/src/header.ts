@@ -1,6 +1,5 @@
 // The top line: which scene this is, what it shall become, and what the program is doing now.
-import { act, inform, is_recording } from "./actions";
-import { api } from "./api";
+import { act, inform, is_recording, reset } from "./actions";
 import { leave_scene } from "./by_hand";
 import { fill, h, number_input, read_number, set_options, set_text } from "./dom";
 import { count } from "./format";
@@ -9,7 +8,7 @@ import { store } from "./store";
 export function reset_scene(): Promise<void> {
   return act(async () => {
     const { seed, task, variation } = choice();
-    await api.reset(task, variation, seed);
+    await reset(task, variation, seed);
   });
 }
 
@@ -19,7 +18,7 @@ function change_scene(): Promise<void> {
     const { seed, task, variation } = choice();
     const other = task !== store.state.snapshot?.task;
     await leave_scene("change", async () => {
-      await api.reset(task, variation, seed);
+      await reset(task, variation, seed);
       if (other) inform(`New scene: ${task}`);
     });
   });
@@ -74,7 +73,7 @@ function status_pills(): HTMLElement {
 /// `reset_episode`, `next_episode`: what the buttons beside the seed do.
 export function header(reset_episode: () => Promise<void>, next_episode: () => Promise<void>): HTMLElement {
   const instruction = h("p", { class: "instruction", "data-testid": "instruction" });
-  const reset = h("button", { type: "button", class: "icon", "data-testid": "reset", "aria-label": "reset the scene (r)",
+  const again = h("button", { type: "button", class: "icon", "data-testid": "reset", "aria-label": "reset the scene (r)",
     title: "reset the scene (r)", onclick: () => void act(reset_episode) }, "⟲");
   const next = h("button", { type: "button", class: "icon", "data-testid": "next-seed", "aria-label": "next seed (n)",
     title: "next seed (n)", onclick: () => void act(next_episode) }, "+1");
@@ -100,7 +99,7 @@ export function header(reset_episode: () => Promise<void>, next_episode: () => P
   });
   return h("header", { class: "top" }, h("h1", {}, h("span", { class: "flow-mark" }), "flowscope"),
     h("div", { class: "scene-choice" }, task_select, variation_select,
-      h("label", { class: "seed" }, h("span", {}, "seed"), seed_input), reset, next),
+      h("label", { class: "seed" }, h("span", {}, "seed"), seed_input), again, next),
     instruction, status_pills());
 }
 

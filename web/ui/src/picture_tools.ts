@@ -3,9 +3,9 @@ import { act, report } from "./actions";
 import { api } from "./api";
 import { LatestCall } from "./latest";
 import { compose, dot, inverse, minus, plus, project, ray, rotate, scaled } from "./math3";
-import { at_world, insert, remember, replace, select, selected_move, turned, with_approach } from "./script_actions";
+import { at_world, edit_move, insert, remember, select, selected_move, turned, with_approach } from "./script_actions";
 import { store } from "./store";
-import type { Approach, Camera, MoveStep, Vec3 } from "./types";
+import type { Approach, Camera, MoveStep, Pose, Vec3 } from "./types";
 import { view_id } from "./view_settings";
 
 const near_px = 14;
@@ -69,7 +69,7 @@ async function pick_at(place: { u: number; v: number }, approach: Approach): Pro
 
 // --- a drag -------------------------------------------------------------------------------------------------------------
 
-interface Drag { index: number; point: Vec3; moved: boolean }
+interface Drag { index: number; moved: boolean }
 let drag: Drag | null = null;
 
 /// Where the pointer's ray meets the plane through `point`: level, or parallel to the picture.
@@ -81,20 +81,16 @@ function carried(at: Camera, point: Vec3, u: number, v: number, level: boolean):
   return distance > 0 ? plus(from, scaled(direction, distance)) : point;
 }
 
+const put = (index: number, place: (world: Pose) => Vec3) => edit_move(index, (step) =>
+  step.world ? at_world(step, { ...step.world, position: place(step.world) }) : step, false);
+
 const surfaces = new LatestCall<{ index: number; u: number; v: number }>(async ({ index, u, v }) => {
   const { point } = await api.pick(view_id, { u, v });
-  const step = store.state.script.steps[index];
-  if (drag?.index !== index || step?.kind !== "move" || !step.world) return;
-  drag.point = minus(point, scaled(rotate(step.world.quaternion, [0, 0, 1]), clearance_m));
-  await put(index, drag.point);
+  if (drag?.index === index) await put(index, (world) => minus(point, scaled(rotate(world.quaternion, [0, 0, 1]), clearance_m)));
 }, () => undefined); // beside everything the point stays where it was
 
-async function put(index: number, position: Vec3): Promise<void> {
-  const step = store.state.script.steps[index];
-  if (step?.kind !== "move" || !step.world) return;
-  await replace(index, at_world(step, { ...step.world, position }), false);
-}
-const puts = new LatestCall<{ index: number; point: Vec3 }>(({ index, point }) => put(index, point), report);
+const planes = new LatestCall<{ index: number; at: Camera; u: number; v: number; level: boolean }>(({ index, at, u, v, level }) =>
+  put(index, (world) => carried(at, world.position, u, v, level)), report);
 
 function drag_to(picture: HTMLImageElement, event: PointerEvent): void {
   const place = place_in(picture, event);
@@ -103,9 +99,9 @@ function drag_to(picture: HTMLImageElement, event: PointerEvent): void {
     remember();
     drag.moved = true;
   }
-  if (event.ctrlKey || event.metaKey) return void surfaces.send({ index: drag.index, u: place.u, v: place.v });
-  drag.point = carried(camera, drag.point, place.u, place.v, !event.shiftKey);
-  void puts.send({ index: drag.index, point: drag.point });
+  const { index } = drag, { u, v } = place;
+  if (event.ctrlKey || event.metaKey) void surfaces.send({ index, u, v });
+  else void planes.send({ index, at: camera, u, v, level: !event.shiftKey });
 }
 
 /// True when the pointer took hold of a waypoint: it does not turn the camera then.
@@ -115,7 +111,7 @@ export function take_pointer(event: PointerEvent, picture: HTMLImageElement): bo
   if (index === null || step?.kind !== "move" || !step.world) return false;
   event.preventDefault();
   select(index);
-  drag = { index, point: step.world.position, moved: false };
+  drag = { index, moved: false };
   picture.setPointerCapture(event.pointerId);
   return true;
 }
@@ -149,7 +145,7 @@ export function watch_picture(picture: HTMLImageElement): void {
     event.stopImmediatePropagation();
     const axis: Vec3 = event.shiftKey ? [0, 1, 0] : [0, 0, 1];
     const notches = Math.sign(event.deltaY || event.deltaX);
-    void act(() => replace(chosen.index, turned(chosen.step, axis, turn_deg * notches)));
+    void act(() => edit_move(chosen.index, (step) => (step.world ? turned(step, axis, turn_deg * notches) : step)));
   }, { passive: false, capture: true });
   store.watch((s) => [s.pick !== null && s.tab === "record"] as const, (picking) => picture.classList.toggle("picking", picking));
   // The camera moves with the settings of the view, and one that hangs on the arm with the arm.

@@ -133,9 +133,13 @@ export function insert(steps: Step[]): Promise<void> {
   const at = selected === null ? present.length : selected + 1;
   return guarded((now) => insert_steps(now, at, steps), at + steps.length - 1);
 }
+/// `edit` gets the step as it is when its turn comes: an edit before it, or the scene, may have changed it by then.
 /// `keep`: an undo comes back to before it; false while a drag goes on.
-export function replace(index: number, step: Step, keep = true): Promise<void> {
-  return guarded((now) => replace_step(now, index, step), index, keep);
+export function edit_step(index: number, edit: (step: Step) => Step, keep = true): Promise<void> {
+  return guarded((now) => (now.steps[index] ? replace_step(now, index, edit(now.steps[index])) : now.text), index, keep);
+}
+export function edit_move(index: number, edit: (step: MoveStep) => MoveStep, keep = true): Promise<void> {
+  return edit_step(index, (step) => (step.kind === "move" ? edit(step) : step), keep);
 }
 export function remove(index: number): Promise<void> {
   const { selected, steps } = store.state.script;
@@ -180,6 +184,7 @@ export function selected_move(): { index: number; step: MoveStep } | null {
 
 // --- when to read and draw anew -----------------------------------------------------------------------------------------
 
+const rest_ms = 300; // without a frame: the scene is at rest
 const drafts = new Map<string, string>(); // what was changed for each task, while another one is open
 
 export function start_script(): void {
@@ -203,9 +208,16 @@ export function start_script(): void {
     }
     if (!store.state.script.changed) void own().catch(report);
   });
+  const draw = () => {
+    if (store.state.connection === "live" && store.state.script.text !== "") void redraw();
+  };
   // Another placement, or another tab: the waypoints are drawn only where they are edited.
-  store.watch((s) => [s.tab === "record", s.snapshot?.episode, s.connection === "live"] as const, (_shown, _episode, live) => {
-    if (live && store.state.script.text !== "") void redraw();
+  store.watch((s) => [s.tab === "record", s.snapshot?.episode, s.connection === "live"] as const, draw);
+  // What was moved took its waypoints along: the server draws them there, and there they are taken hold of.
+  let rest: number | undefined;
+  store.watch((s) => [s.tab === "record" && !s.snapshot?.recording.job, s.snapshot?.time_s] as const, (still) => {
+    window.clearTimeout(rest);
+    if (still) rest = window.setTimeout(draw, rest_ms);
   });
 }
 

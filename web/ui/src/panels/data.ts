@@ -1,5 +1,5 @@
 // Data: the demonstrations on disk, each with its pictures.
-import { act, inform, open_tab, refresh_demos } from "../actions";
+import { act, inform, open_tab, refresh_demos, reset } from "../actions";
 import { api } from "../api";
 import { leave_scene } from "../by_hand";
 import { fill, h, set_text, show_if } from "../dom";
@@ -51,7 +51,7 @@ function detail(demo: DemoInfo): HTMLElement {
     h("p", { class: "quiet", title: facts }, facts), h("div", { class: "strip", "data-testid": "keyframes" }, ...pictures),
     h("div", { class: "row spread" },
       h("button", { type: "button",
-        onclick: () => void act(() => leave_scene("change", () => api.reset(demo.task, demo.variation, demo.seed))) }, "Set up this scene"),
+        onclick: () => void act(() => leave_scene("change", () => reset(demo.task, demo.variation, demo.seed))) }, "Set up this scene"),
       remove_button(demo)));
 }
 

@@ -1,5 +1,5 @@
 // What to ask the policy on the scene as it is now.
-import { act, open_tab, refresh_traces, select_trace } from "../actions";
+import { act, open_tab, refresh_traces, select_trace, reset } from "../actions";
 import { api } from "../api";
 import { leave_scene } from "../by_hand";
 import { field, h, number_input, read_number, show_if } from "../dom";
@@ -28,7 +28,7 @@ export function predict_form(): HTMLElement {
     h("p", {}, "The task is already done in this scene: there is nothing left to predict."),
     h("button", { type: "button", onclick: () => void act(async () => {
       const now = store.state.snapshot;
-      if (now) await leave_scene("reset", () => api.reset(now.task, now.variation, now.seed));
+      if (now) await leave_scene("reset", () => reset(now.task, now.variation, now.seed));
     }) }, "Start this scene again"));
   store.watch((s) => [s.snapshot?.success ?? false] as const, (success) => show_if(done, success));
   store.watch((s) => [s.snapshot?.policy.loaded ?? false, s.snapshot?.policy.file ?? "", s.train?.step ?? 0] as const,

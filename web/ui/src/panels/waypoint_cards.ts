@@ -4,7 +4,7 @@ import { api } from "../api";
 import { fill, h, number_input, read_number, set_options, show_if } from "../dom";
 import { degrees, rpy_deg } from "../format";
 import { from_rpy_deg } from "../math3";
-import { in_frame, remove, reorder, replace, select, shifted, turned } from "../script_actions";
+import { edit_move, edit_step, in_frame, remove, reorder, select, shifted, turned } from "../script_actions";
 import { store } from "../store";
 import type { MoveStep, NamedFrame, Step, Vec3 } from "../types";
 
@@ -26,12 +26,13 @@ function chip(label: string, pressed: boolean, title: string, test_id: string, o
 }
 
 function card(step: Step, index: number, selected: boolean, failed: boolean): HTMLElement {
-  const change = (next: Step) => void act(() => replace(index, next));
+  const change = (edit: (step: MoveStep) => MoveStep) => void act(() => edit_move(index, edit));
   const chips = step.kind === "gripper"
-    ? [chip(step.openness > 0.5 ? "→ close" : "→ open", false, "the other way", "card-flip", () => change({ kind: "gripper", openness: step.openness > 0.5 ? 0 : 1 }))]
+    ? [chip(step.openness > 0.5 ? "→ close" : "→ open", false, "the other way", "card-flip", 
+      () => void act(() => edit_step(index, () => ({ kind: "gripper", openness: step.openness > 0.5 ? 0 : 1 }))))]
     : [chip(step.path === "linear" ? "straight" : "planned", step.path === "linear", "the way there: planned without collisions, or a straight line of the tool", "card-path",
-      () => change({ ...step, path: step.path === "linear" ? "planned" : "linear" })),
-    chip("touch", step.ignore_collisions, "may touch things on the way: press, push, pull", "card-touch", () => change({ ...step, ignore_collisions: !step.ignore_collisions }))];
+      () => change((now) => ({ ...now, path: step.path === "linear" ? "planned" : "linear" }))),
+    chip("touch", step.ignore_collisions, "may touch things on the way: press, push, pull", "card-touch", () => change((now) => ({ ...now, ignore_collisions: !step.ignore_collisions })))];
   const problem = step.kind === "move" ? step.problem : undefined;
   const element = h("li", { class: "waypoint", draggable: "true", tabindex: "0", role: "option", "aria-selected": String(selected), "data-testid": "waypoint-card",
     "data-kind": step.kind, "data-failed": String(failed), title: problem ?? (failed ? "the last run ended here" : ""), onclick: () => select(selected ? null : index) },
@@ -94,12 +95,20 @@ function move_form(go: (step: MoveStep) => Promise<void>): HTMLElement {
   };
   const change = (edit: (step: MoveStep) => MoveStep) => void act(async () => {
     const now = chosen();
-    if (now) await replace(now.index, edit(now.step));
+    if (now) await edit_move(now.index, edit);
   });
   const place = (["x", "y", "z"] as const).map((axis) => number_input(`wp-${axis}`, `position ${axis} [mm]`, 0, { min: -3000, max: 3000, step: 0.1 }));
   const angles = (["roll", "pitch", "yaw"] as const).map((name) => number_input(`wp-${name}`, `${name} [°]`, 0, { min: -360, max: 360, step: 0.01 }));
-  for (const input of place) input.addEventListener("change", () => change((step) => ({ ...step, position: place.map((i) => read_number(i) / 1000) as Vec3 })));
-  for (const input of angles) input.addEventListener("change", () => change((step) => ({ ...step, quaternion: from_rpy_deg(angles.map(read_number) as Vec3) })));
+  const typed = (inputs: HTMLInputElement[], edit: () => Partial<MoveStep>) => {
+    for (const input of inputs) {
+      input.addEventListener("change", () => {
+        const values = edit();
+        change((step) => ({ ...step, ...values }));
+      });
+    }
+  };
+  typed(place, () => ({ position: place.map((i) => read_number(i) / 1000) as Vec3 }));
+  typed(angles, () => ({ quaternion: from_rpy_deg(angles.map(read_number) as Vec3) }));
 
   const frame = h("select", { "data-testid": "wp-frame", "aria-label": "frame", title: "what the waypoint follows to other placements" });
   let frames: NamedFrame[] = [];
