@@ -44,7 +44,8 @@ INSTANTIATE_TEST_SUITE_P(
         HardPlacement{"setup_checkers", 1, 30061, 11, "a piece that fingers sink into is flung away"},
         HardPlacement{"close_jar", 6, 20186, 6,
                       "the line down passes close by a singularity of the shoulder"},
-        HardPlacement{"stack_cups", 10, 20290, 11, "the rim's nearest grip lies beyond the arm's reach"}));
+        HardPlacement{"stack_cups", 10, 20290, 11, "the rim's nearest grip lies beyond the arm's reach"},
+        HardPlacement{"stack_cups", 2, 50022, 11, "what is carried grazes a cup on the shortest way"}));
 
 }  // namespace
 }  // namespace flowscope
