@@ -101,8 +101,8 @@ class ScriptRun {
     std::vector<MoveRequest> attempts;
     for (const PlacedMove& placed : place_choices(world_, move, world_.robot().world_from_tool)) {
       request.world_from_tool = placed.world_from_tool;
-      if (move.linear) return {request};
       request.then = lines_after(index, request.world_from_tool);
+      if (move.linear) return {request};
       request.must_lead_on = true;
       attempts.push_back(request);
     }

@@ -64,7 +64,8 @@ struct CollisionChecker::Impl {
     bool links = false;   ///< neither is of the hand or held
     bool pushed = false;  ///< the hand, or what it holds, and a thing that gives way
     double margin = 0, allowed_m = 0;
-    double clearance_m = 0;  ///< of what is carried from what stands still, as far as it is kept at the start
+    bool carried = false;     ///< by the hand, past what stands still
+    double clearance_m = 0;   ///< to be kept by what is carried: as far as it is kept at the start
     GeomBounds other_bounds;  ///< where the other stands still
   };
 
@@ -76,14 +77,18 @@ struct CollisionChecker::Impl {
     find_pairs();
     JointVector start{};
     for (std::size_t i = 0; i < arm.joints; ++i) start[i] = data->qpos[arm.qpos[i]];
-    parts.place(start, data.get());
+    allow_as_at(start);
+  }
+
+  void allow_as_at(const JointVector& q) {
+    parts.place(q, data.get());
     for (Pair& pair : pairs) {
-      const double distance = deepest(pair);
-      if (pair.clearance_m > 0)
-        pair.clearance_m = std::clamp(deepest(pair, pair.clearance_m) - clear_depth_m, 0.0, pair.clearance_m);
-      if (distance > pair.margin) continue;
-      touched = true;
-      pair.allowed_m = std::max(0.0, -distance);
+      pair.clearance_m = 0;
+      if (pair.carried) {
+        const double distance = deepest(pair, carried_clearance_m);
+        pair.clearance_m = std::clamp(distance - clear_depth_m, 0.0, carried_clearance_m);
+      }
+      pair.allowed_m = std::max(0.0, -deepest(pair));
     }
   }
 
@@ -107,8 +112,7 @@ struct CollisionChecker::Impl {
       pair.links = !parts.in_hand(body1) && !parts.in_hand(body2);
       pair.pushed = !pair.links && !pair.other_moves && gives_way(model, model->geom_bodyid[pair.other]);
       pair.margin = margin;
-      if (!pair.other_moves && parts.carried(model->geom_bodyid[pair.moving]))
-        pair.clearance_m = carried_clearance_m;
+      pair.carried = !pair.other_moves && parts.carried(model->geom_bodyid[pair.moving]);
       if (!pair.other_moves) pair.other_bounds = geom_bounds(model, data.get(), pair.other);
       pairs.push_back(pair);
     };
@@ -184,7 +188,6 @@ struct CollisionChecker::Impl {
   std::vector<Pair> pairs;
   std::array<mjContact, mjMAXCONPAIR> contacts;
   std::size_t last_hit = 0;
-  bool touched = false;
 };
 
 CollisionChecker::CollisionChecker(const World& world) : impl_(std::make_unique<Impl>(world)) {}
@@ -202,12 +205,13 @@ bool CollisionChecker::links_are_free(const JointVector& q) {
 bool CollisionChecker::is_free_to_push(const JointVector& q) {
   return impl_->is_free(q, kTolerance_m, Impl::Asked::all_but_pushed);
 }
-bool CollisionChecker::touches_at_start() const { return impl_->touched; }
-
-void CollisionChecker::forget_start() {
-  impl_->touched = false;
-  for (auto& pair : impl_->pairs) pair.allowed_m = 0;
+bool CollisionChecker::touches(const JointVector& q) {
+  impl_->parts.place(q, impl_->data.get());
+  return std::ranges::any_of(impl_->pairs,
+                             [&](const Impl::Pair& pair) { return impl_->deepest(pair) <= pair.margin; });
 }
+
+void CollisionChecker::start_from(const JointVector& q) { impl_->allow_as_at(q); }
 
 std::string CollisionChecker::describe(const JointVector& q) {
   impl_->parts.place(q, impl_->data.get());

@@ -42,10 +42,11 @@ class CollisionChecker {
   bool is_free_to_push(const JointVector& q);
   /// As is_free, for the arm's links alone: a hand that shall touch things must not push the arm into others.
   bool links_are_free(const JointVector& q);
-  /// Whether a moving part touches something other than what the hand holds, as the world stands.
-  bool touches_at_start() const;
-  /// From here on touching at the start is no excuse.
-  void forget_start();
+  /// Whether a moving part touches something other than what the hand holds, however little and allowed or
+  /// not.
+  bool touches(const JointVector& q);
+  /// From here on what touches at `q` may go on touching, and nothing else.
+  void start_from(const JointVector& q);
   /// Deepest collision at `q` as "hand and drawer_frame, 12 mm deep"; empty when free.
   std::string describe(const JointVector& q);
 

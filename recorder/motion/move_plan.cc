@@ -18,8 +18,8 @@ constexpr std::size_t kMostGoals = 12;     ///< postures offered to the planner
 constexpr std::size_t kMostDeadEnds = 60;  ///< tried before giving up on the lines that follow
 /// Values of a Panda's seventh joint that are tried, the next when none of the first leads on.
 constexpr std::array kSweeps{32, 128};
-constexpr double kGoalsApart_rad = 0.2;  ///< nearer ones are no real choice
-constexpr double kWithdraw_m = 0.03;
+constexpr double kGoalsApart_rad = 0.2;              ///< nearer ones are no real choice
+constexpr std::array kWithdraw_m{0.03, 0.06, 0.10};  ///< as far as it must
 constexpr double kLinearCheck_rad = 0.01;
 constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
 constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
@@ -74,8 +74,9 @@ class MovePlanner {
     };
     const auto accept = [&](const JointPath& path) { return path_is_free(path, is_free, kLinearCheck_rad); };
     double reached = 0;
-    const JointPath path =
-        straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached, accept);
+    JointPath path = line_that_leads_on(accept, checker);
+    if (path.empty())
+      path = straight_tool_path(kinematics_, start_, request_.world_from_tool, &reached, accept);
     if (path.empty()) {
       return failed(
           MotionFailure::unreachable,
@@ -95,6 +96,20 @@ class MovePlanner {
     return {};
   }
 
+  /// A free straight line that does not end where the lines that follow are impossible: a line can be
+  /// followed in as many ways as there are values of the seventh joint at its end. Empty where there is none,
+  /// or nothing follows.
+  JointPath line_that_leads_on(const std::function<bool(const JointPath&)>& is_free,
+                               CollisionChecker& checker) const {
+    if (request_.then.empty()) return {};
+    bool leads_on = false;
+    JointPath path = straight_tool_path(
+        kinematics_, start_, request_.world_from_tool, nullptr, [&](const JointPath& line) {
+          return leads_on = is_free(line) && onward(line.back(), checker) != Onward::no;
+        });
+    return leads_on ? path : JointPath{};
+  }
+
   /// What will be commanded, at the resolution of what is executed: the first posture that is not free.
   std::optional<JointVector> first_collision(const JointPath& targets, const IsFree& is_free) const {
     JointVector from = start_;
@@ -112,16 +127,21 @@ class MovePlanner {
     return {};
   }
 
-  /// Back along the tool's own axis: a hand that leaves sideways what it has just pressed would scrape along
-  /// it.
-  JointPath withdraw(const IsFree& is_free) const {
-    Pose back = kinematics_.world_from_tool(start_);
-    back.position -= kWithdraw_m * (back.rotation * Eigen::Vector3d::UnitZ());
-    const JointPath path = straight_tool_path(kinematics_, start_, back, nullptr, {}, LineEffort::quick);
-    if (path.empty() || !path_is_free(path, is_free, kLinearCheck_rad)) return {start_};
-    // So short a line is straight in joint space too; fewer corners are rounder ones.
-    const JointPath direct{start_, path.back()};
-    return path_is_free(direct, is_free, kLinearCheck_rad) ? direct : path;
+  /// Back along the tool's own axis until nothing touches: a hand that leaves sideways what it has just
+  /// pressed would scrape along it, and a search has no room beside what it touches.
+  JointPath withdraw(CollisionChecker& checker, const IsFree& is_free) const {
+    JointPath way{start_};
+    for (const double length_m : kWithdraw_m) {
+      if (!checker.touches(way.back())) break;
+      Pose back = kinematics_.world_from_tool(start_);
+      back.position -= length_m * (back.rotation * Eigen::Vector3d::UnitZ());
+      const JointPath path = straight_tool_path(kinematics_, start_, back, nullptr, {}, LineEffort::quick);
+      if (path.empty() || !path_is_free(path, is_free, kLinearCheck_rad)) break;
+      // So short a line is straight in joint space too; fewer corners are rounder ones.
+      const JointPath direct{start_, path.back()};
+      way = path_is_free(direct, is_free, kLinearCheck_rad) ? direct : path;
+    }
+    return way;
   }
 
   enum class Onward { no, with_touch, free };
@@ -259,8 +279,8 @@ class MovePlanner {
     const IsFree is_free = [&](const JointVector& q) {
       return MovePlanner::is_free(checker, care, q, search == 0 ? CollisionChecker::clear_depth_m : 0);
     };
-    const JointPath retreat = checker.touches_at_start() ? withdraw(is_free) : JointPath{start_};
-    if (retreat.size() > 1) checker.forget_start();
+    const JointPath retreat = withdraw(checker, is_free);
+    if (retreat.size() > 1) checker.start_from(retreat.back());
     std::vector<JointVector> postures;
     const Goals goals = find_goals(postures, is_free, checker);
     if (postures.empty()) {

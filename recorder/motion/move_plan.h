@@ -33,10 +33,10 @@ struct MoveRequest {
   bool may_push = false;     ///< on a straight line, things that joints let move are nothing in the way
   std::uint64_t seed = 0;    ///< planner's random numbers
   double time_limit_s = 30;  ///< planning, wall clock: a guard that can only fail a move (planner.h)
-  /// Straight tool lines that are going to follow: among the postures that reach the pose, a planned move
-  /// prefers those from which these are possible.
+  /// Straight tool lines that are going to follow: among the postures that reach the pose, a move prefers
+  /// those from which these are possible.
   std::vector<Pose> then;
-  bool must_lead_on = false;  ///< fail as unreachable where they are possible from none
+  bool must_lead_on = false;  ///< a planned move fails as unreachable where they are possible from none
 };
 
 /// One target per 20 Hz frame; none where the world stands already.

@@ -8,6 +8,7 @@
 
 #include "recorder/motion/ik_recovery.h"
 #include "recorder/motion/motion.h"
+#include "recorder/motion/trajectory.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
@@ -200,6 +201,25 @@ TEST_F(WithABlockInTheHand, ItStaysApartFromWhatStandsStillWhenAskedTo) {
   }
   EXPECT_GT(apart, 100);
   EXPECT_GT(near, 20);
+}
+
+TEST_F(WithABlockInTheHand, WhatTouchesWhereAMotionStartsMayGoOnTouchingButNoDeeper) {
+  const Kinematics arm = Kinematics::from_model(world_.model(), world_.task().robot());
+  const JointVector here = world_.frame().q;
+  const auto lower = [&](double by_m) {  // the block goes into the table
+    Pose tool = arm.world_from_tool(here);
+    tool.position.z() -= by_m;
+    return straight_tool_path(arm, here, tool).back();
+  };
+  CollisionChecker checker(world_);
+  EXPECT_FALSE(checker.is_free(lower(0.004)));
+  EXPECT_TRUE(checker.touches(lower(0.004)));
+  checker.start_from(lower(0.004));
+  EXPECT_TRUE(checker.is_free(lower(0.004)));
+  EXPECT_TRUE(checker.touches(lower(0.004)));
+  EXPECT_FALSE(checker.is_free(lower(0.008)));
+  checker.start_from(here);
+  EXPECT_FALSE(checker.is_free(lower(0.004)));
 }
 
 TEST_F(WithABlockInTheHand, APlannedWayCarriesItPastOthersWithRoom) {

@@ -45,7 +45,10 @@ INSTANTIATE_TEST_SUITE_P(
         HardPlacement{"close_jar", 6, 20186, 6,
                       "the line down passes close by a singularity of the shoulder"},
         HardPlacement{"stack_cups", 10, 20290, 11, "the rim's nearest grip lies beyond the arm's reach"},
-        HardPlacement{"stack_cups", 2, 50022, 11, "what is carried grazes a cup on the shortest way"}));
+        HardPlacement{"stack_cups", 2, 50022, 11, "what is carried grazes a cup on the shortest way"},
+        HardPlacement{"light_bulb_in", 3, 60623, 7, "the way up is possible from few ends of the way down"},
+        HardPlacement{"slide_block_to_color_target", 3, 60083, 5,
+                      "the fingers still touch the block three centimetres up"}));
 
 }  // namespace
 }  // namespace flowscope

@@ -141,7 +141,7 @@ TEST_F(Motion, GoesAroundTheCabinet) {
         down_at(world_from_cabinet.position.x(), world_from_cabinet.position.y() + y, 1.15);
     const MotionResult result = move_to(world, request, [&](const Frame& frame) {
       CollisionChecker checker(world);
-      EXPECT_FALSE(checker.touches_at_start()) << checker.describe(frame.q);
+      EXPECT_FALSE(checker.touches(frame.q)) << checker.describe(frame.q);
       return true;
     });
     EXPECT_TRUE(result) << result.message;
