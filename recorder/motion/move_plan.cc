@@ -7,22 +7,18 @@
 #include <optional>
 
 #include "recorder/frame_time.h"
-#include "recorder/motion/collision.h"
+#include "recorder/motion/goal_choice.h"
 #include "recorder/motion/trajectory.h"
 #include "recorder/world.h"
 
 namespace flowscope {
 namespace {
 
-constexpr std::size_t kMostGoals = 12;     ///< postures offered to the planner
-constexpr std::size_t kMostDeadEnds = 60;  ///< tried before giving up on the lines that follow
-/// Values of a Panda's seventh joint that are tried, the next when none of the first leads on.
-constexpr std::array kSweeps{32, 128};
-constexpr double kGoalsApart_rad = 0.2;              ///< nearer ones are no real choice
+constexpr int kSweep = 32;  ///< values of a Panda's seventh joint, where nothing needs to be free
 constexpr std::array kWithdraw_m{0.03, 0.06, 0.10};  ///< as far as it must
 constexpr double kLinearCheck_rad = 0.01;
 constexpr double kExecutedCheck_rad = 0.0025;  ///< of what is commanded: finer than any search
-constexpr double kLookAhead_rad = 0.04;        ///< of motions that are only being considered
+constexpr double kUncheckedLook_rad = 0.04;    ///< of motions without collision checks: the arm's links
 /// How far corners may be cut, the roundest first; at none the arm would stop at each.
 constexpr std::array kCorners_rad{0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0};
 constexpr double kSlow_rad_s = 0.2;  ///< clearly faster than what the keyframe rule takes for a stop
@@ -51,6 +47,7 @@ class MovePlanner {
         request_(request),
         stop_(std::move(stop)),
         kinematics_(Kinematics::from_model(world.model(), world.task().robot())),
+        ahead_(kinematics_, request.then),
         start_(world.frame().q) {}
 
   PlannedMove plan() {
@@ -101,11 +98,11 @@ class MovePlanner {
   /// or nothing follows.
   JointPath line_that_leads_on(const std::function<bool(const JointPath&)>& is_free,
                                CollisionChecker& checker) const {
-    if (request_.then.empty()) return {};
+    if (ahead_.nothing_follows()) return {};
     bool leads_on = false;
     JointPath path = straight_tool_path(
         kinematics_, start_, request_.world_from_tool, nullptr, [&](const JointPath& line) {
-          return leads_on = is_free(line) && onward(line.back(), checker) != Onward::no;
+          return leads_on = is_free(line) && ahead_.from(line.back(), checker) != Onward::no;
         });
     return leads_on ? path : JointPath{};
   }
@@ -144,82 +141,20 @@ class MovePlanner {
     return way;
   }
 
-  enum class Onward { no, with_touch, free };
-  /// Whether the lines that follow are possible from `q`, and without the arm's links touching anything. What
-  /// the hand touches then is for those moves to say: things will have moved.
-  Onward onward(JointVector q, CollisionChecker& checker) const {
-    const auto is_free = [&](const JointVector& at) { return checker.links_are_free(at); };
-    Onward result = Onward::free;
-    for (const auto& pose : request_.then) {
-      bool free = false;
-      const auto accept = [&](const JointPath& path) {
-        return free = path_is_free(path, is_free, kLookAhead_rad);
-      };
-      const JointPath path = straight_tool_path(kinematics_, q, pose, nullptr, accept, LineEffort::quick);
-      if (path.empty()) return Onward::no;
-      if (!free) result = Onward::with_touch;
-      q = path.back();
-    }
-    return result;
-  }
-
-  struct Goals {
-    std::vector<JointVector> postures;
-    Onward onward = Onward::no;
-  };
-  /// Free postures, clearly different from each other, the best first; those from which the lines that follow
-  /// touch something or are impossible only if no others exist.
-  Goals choose_goals(const std::vector<JointVector>& postures, const IsFree& is_free,
-                     CollisionChecker& checker) const {
-    std::vector<JointVector> good, touching, dead_ends;
-    const auto is_known = [&](const JointVector& q) {
-      const auto is_near = [&](const JointVector& known) {
-        return joint_distance(q, known) < kGoalsApart_rad;
-      };
-      return std::ranges::any_of(good, is_near) || std::ranges::any_of(touching, is_near) ||
-             std::ranges::any_of(dead_ends, is_near);
-    };
-    for (const auto& q : postures) {
-      if (good.size() == kMostGoals || touching.size() + dead_ends.size() == kMostDeadEnds) break;
-      if (is_known(q) || !is_free(q)) continue;
-      const Onward next = onward(q, checker);
-      (next == Onward::free ? good : next == Onward::with_touch ? touching : dead_ends).push_back(q);
-    }
-    Goals goals;
-    goals.onward = !good.empty() ? Onward::free : !touching.empty() ? Onward::with_touch : Onward::no;
-    goals.postures = std::move(!good.empty() ? good : !touching.empty() ? touching : dead_ends);
-    goals.postures.resize(std::min(goals.postures.size(), kMostGoals));
-    return goals;
-  }
-
-  /// Of few postures none may be free and lead on: then of more, if these are any better.
-  Goals find_goals(std::vector<JointVector>& postures, const IsFree& is_free,
-                   CollisionChecker& checker) const {
-    Goals best;
-    for (const int samples : kSweeps) {
-      auto swept = kinematics_.solve_all(request_.world_from_tool, start_, samples);
-      Goals goals = choose_goals(swept, is_free, checker);
-      if (postures.empty()) postures = std::move(swept);
-      if (best.postures.empty() || goals.onward > best.onward) best = std::move(goals);
-      if (!best.postures.empty() && best.onward == Onward::free) break;
-      if (kinematics_.limits().joints < 7) break;  // no seventh joint to sweep: the same postures again
-    }
-    return best;
-  }
-
   /// Straight through joint space to a posture for which the arm's links touch nothing on the way, if there
   /// is one; the hand may touch anything.
   JointPath unchecked(const std::vector<JointVector>& postures) const {
     CollisionChecker checker(world_);
     const auto is_free = [&](const JointVector& q) { return checker.links_are_free(q); };
-    const auto best = std::ranges::find_if(
-        postures, [&](const JointVector& q) { return segment_is_free(start_, q, is_free, kLookAhead_rad); });
+    const auto best = std::ranges::find_if(postures, [&](const JointVector& q) {
+      return segment_is_free(start_, q, is_free, kUncheckedLook_rad);
+    });
     return {start_, best != postures.end() ? *best : postures.front()};
   }
 
   MotionResult planned(JointPath& targets) const {
     if (request_.ignore_collisions) {
-      const auto postures = kinematics_.solve_all(request_.world_from_tool, start_, kSweeps.front());
+      const auto postures = kinematics_.solve_all(request_.world_from_tool, start_, kSweep);
       if (postures.empty()) return out_of_reach();
       targets = timed_targets(unchecked(postures), world_.task().robot().limits);
       return {};
@@ -281,15 +216,12 @@ class MovePlanner {
     };
     const JointPath retreat = withdraw(checker, is_free);
     if (retreat.size() > 1) checker.start_from(retreat.back());
-    std::vector<JointVector> postures;
-    const Goals goals = find_goals(postures, is_free, checker);
-    if (postures.empty()) {
-      return {out_of_reach(), {}};
-    }
+    const Goals goals = choose_goals(kinematics_, request_.world_from_tool, start_, ahead_, is_free, checker);
+    if (!goals.nearest) return {out_of_reach(), {}};
     if (goals.postures.empty()) {
       return no_path(
           MotionFailure::in_collision,
-          goal_text() + " collides in every posture, in the nearest: " + checker.describe(postures.front()));
+          goal_text() + " collides in every posture, in the nearest: " + checker.describe(*goals.nearest));
     }
     if (request_.must_lead_on && goals.onward == Onward::no) {
       return no_path(MotionFailure::unreachable,
@@ -341,6 +273,7 @@ class MovePlanner {
   const MoveRequest& request_;
   std::stop_token stop_;
   Kinematics kinematics_;
+  LookAhead ahead_;
   JointVector start_;
 };
 
