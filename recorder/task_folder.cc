@@ -25,7 +25,7 @@ class FolderTask : public Task {
     reader_.check_keys(root_, "task",
                        {"robot", "bounds", "keyframes", "published_keyframes", "variations", "draw",
                         "instructions", "colors", "placement", "success", "demonstration"});
-    read_bounds();
+    bounds_ = read_box(reader_, reader_.require(root_, "bounds"), "bounds");
     keyframes_ = reader_.integer(reader_.require(root_, "keyframes"), "keyframes", 1, 1000);
     if (const TaskNode* mean = root_.find("published_keyframes"))
       published_keyframes_ = reader_.number(*mean, "published_keyframes");
@@ -109,19 +109,6 @@ class FolderTask : public Task {
   Placement placement(const Variables& variables) const {
     return read_placement(reader_, reader_.fill(reader_.require(root_, "placement"), variables),
                           model_.get());
-  }
-
-  void read_bounds() {
-    const TaskNode& node = reader_.require(root_, "bounds");
-    reader_.check_keys(node, "bounds", {"min", "max"});
-    const auto lower = reader_.numbers(reader_.require(node, "min"), "min", 3);
-    const auto upper = reader_.numbers(reader_.require(node, "max"), "max", 3);
-    for (int i = 0; i < 3; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      if (lower[k] >= upper[k]) reader_.fail(node, "'min' must be below 'max' on every axis");
-      bounds_.min[i] = lower[k];
-      bounds_.max[i] = upper[k];
-    }
   }
 
   void paint(const Variables& variables, mjModel* model) const {

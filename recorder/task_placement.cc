@@ -180,8 +180,22 @@ bool separated(const Footprint& a, const Footprint& b) {
 
 }  // namespace
 
+Box read_box(const TaskReader& reader, const TaskNode& node, const std::string& what) {
+  reader.check_keys(node, what, {"min", "max"});
+  const auto lower = reader.numbers(reader.require(node, "min"), "min", 3);
+  const auto upper = reader.numbers(reader.require(node, "max"), "max", 3);
+  Box box;
+  for (int i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (lower[k] >= upper[k]) reader.fail(node, "'min' must be below 'max' on every axis");
+    box.min[i] = lower[k];
+    box.max[i] = upper[k];
+  }
+  return box;
+}
+
 Placement read_placement(const TaskReader& reader, const TaskNode& node, const mjModel* model) {
-  reader.check_keys(node, "placement", {"root", "min_distance", "objects"});
+  reader.check_keys(node, "placement", {"root", "min_distance", "waypoints", "objects"});
   Placement placement;
   const TaskNode& root = reader.require(node, "root");
   reader.check_keys(root, "root", {"position", "x", "y", "yaw_deg"});
@@ -194,6 +208,8 @@ Placement read_placement(const TaskReader& reader, const TaskNode& node, const m
     placement.min_distance = reader.number(*distance, "min_distance");
     if (placement.min_distance < 0) reader.fail(*distance, "'min_distance' must not be negative");
   }
+  if (const auto* waypoints = node.find("waypoints"))
+    placement.waypoints = read_box(reader, *waypoints, "waypoints");
   for (const auto& item : reader.list(reader.require(node, "objects"), "objects")) {
     placement.objects.push_back(read_object(reader, item, model));
   }
@@ -202,12 +218,13 @@ Placement read_placement(const TaskReader& reader, const TaskNode& node, const m
 
 void place(const Placement& placement, const RobotDescription& robot, const Script& demonstration,
            const Box& bounds, const Kinematics& arm, TaskRandom& random, const mjModel* model, mjData* data) {
+  const Box& box = placement.waypoints ? *placement.waypoints : bounds;
   mj_kinematics(model, data);
   for (int i = 0; i < kTries; ++i) {
     if (!draw_objects(placement, robot, random, model, data)) continue;
     mj_kinematics(model, data);
     const auto wanted = waypoints(demonstration, model, data);
-    if (std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return within(each, bounds); }) &&
+    if (std::all_of(wanted.begin(), wanted.end(), [&](const auto& each) { return within(each, box); }) &&
         std::all_of(wanted.begin(), wanted.end(),
                     [&](const auto& each) { return reachable(each, arm, robot.home); })) {
       return;

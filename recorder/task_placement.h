@@ -3,6 +3,7 @@
 //   placement:
 //     root: {position: [0.25, 0, 0.752], x: [-0.05, 0.05], y: 0, yaw_deg: [-180, 180]}
 //     min_distance: 0.10
+//     waypoints: {min: [0, -0.3, 0.76], max: [0.5, 0.3, 1]}
 //     objects:
 //       - {body: button_1, x: [-0.25, 0.25], y: [-0.3, 0.3], yaw_deg: [-180, 180], footprint: [0.1, 0.1]}
 //
@@ -11,7 +12,9 @@
 // footprints.
 //
 // A placement is drawn again until the footprints keep their distance and every waypoint of the demonstration
-// lies within the task's keyframe bounds, with two millimetres to spare (one in height).
+// lies within the box `waypoints` (optional; the task's keyframe bounds), with three millimetres to spare
+// (one in height). A box narrower than the bounds is for keyframes that end farther from their waypoints: an
+// object may shift a little when it is gripped.
 #pragma once
 
 #include <optional>
@@ -42,8 +45,12 @@ struct Placement {
   Eigen::Vector3d root{0, 0, 0};  ///< metres, world
   Range root_x, root_y, root_yaw;
   double min_distance = 0;
+  std::optional<Box> waypoints;  ///< metres, world
   std::vector<PlacedObject> objects;
 };
+
+/// `{min: [x, y, z], max: [x, y, z]}`. `what` names it in complaints.
+Box read_box(const TaskReader& reader, const TaskNode& node, const std::string& what);
 
 /// Throws BadScript for unknown bodies and bodies that can not be moved.
 Placement read_placement(const TaskReader& reader, const TaskNode& node, const mjModel_* model);

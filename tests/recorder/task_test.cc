@@ -14,6 +14,7 @@
 #include "recorder/task_placement.h"
 #include "recorder/task_random.h"
 #include "recorder/task_variations.h"
+#include "recorder/world.h"
 
 namespace flowscope {
 namespace {
@@ -178,8 +179,25 @@ TEST_F(TaskFolder, AUsersTaskNeedsNoCompiler) {
   EXPECT_EQ(task->instructions(1).at(0), "poke the box 2 times");
 }
 
+TEST_F(TaskFolder, WaypointsMayBeKeptCloserThanTheBounds) {
+  ASSERT_EQ(complaint(5,
+                      "placement:\n"
+                      "  waypoints: {min: [0.2, -0.4, 0.7], max: [0.3, 0.4, 1]}"),
+            "accepted");
+  const auto task = TaskLibrary(kAssets, {folder_.parent_path()}).get("poke");
+  EXPECT_EQ(task->bounds().min.x(), 0);
+  World world(task);
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    world.reset(0, seed);
+    const double x = world.world_from("box").position.x();
+    EXPECT_TRUE(x >= 0.203 && x <= 0.297) << "seed " << seed << ": " << x;
+  }
+}
+
 TEST_F(TaskFolder, EveryMistakeIsNamedWithItsPlace) {
   EXPECT_EQ(complaint(1, "bounds: {min: [0, 0], max: [1, 1, 1]}"), "1:15: 'min' must be a list of 3 numbers");
+  EXPECT_EQ(complaint(6, good_.at(5) + "\n  waypoints: {min: [0, 0, 1], max: [1, 1, 1]}"),
+            "7:14: 'min' must be below 'max' on every axis");
   EXPECT_EQ(complaint(2, "keyframes: none"), "2:12: 'keyframes' needs a number here");
   EXPECT_EQ(complaint(2, "max_stops: 1").rfind("2:", 0), 0u);
   EXPECT_EQ(
