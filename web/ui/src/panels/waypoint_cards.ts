@@ -28,7 +28,7 @@ function chip(label: string, pressed: boolean, title: string, test_id: string, o
 function card(step: Step, index: number, selected: boolean, failed: boolean): HTMLElement {
   const change = (edit: (step: MoveStep) => MoveStep) => void act(() => edit_move(index, edit));
   const chips = step.kind === "gripper"
-    ? [chip(step.openness > 0.5 ? "→ close" : "→ open", false, "the other way", "card-flip", 
+    ? [chip(step.openness > 0.5 ? "→ close" : "→ open", false, "the other way", "card-flip",
       () => void act(() => edit_step(index, () => ({ kind: "gripper", openness: step.openness > 0.5 ? 0 : 1 }))))]
     : [chip(step.path === "linear" ? "straight" : "planned", step.path === "linear", "the way there: planned without collisions, or a straight line of the tool", "card-path",
       () => change((now) => ({ ...now, path: step.path === "linear" ? "planned" : "linear" }))),
