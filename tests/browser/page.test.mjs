@@ -215,7 +215,7 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 1_800_000 }, ()
   test("predicts, branches and keeps both futures", async () => {
     await open_live();
     await at("tab-debug").click();
-    const before_predicting = await at("trace-row").count();
+    const before_predicting = await until(() => at("trace-row").count(), "the predictions from before");
     await at("flow-steps").fill("4");
     await at("predict").click();
     await until(async () => (await at("trace-row").count()) === before_predicting + 1, "the prediction");

@@ -16,6 +16,9 @@ const browser_arguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "-
 /// Limits only end a test that hangs; a busy machine may take its time.
 const patience_ms = 60_000;
 
+/// FLOWSCOPE_SLOW_MS delays every call of the page by that much: a test that asks before an answer came then fails surely.
+const slow_ms = Number(process.env.FLOWSCOPE_SLOW_MS ?? 0);
+
 /// Why a suite cannot run here, or false: the form that node:test's `skip` takes.
 export function missing(variable) {
   const program = process.env[variable];
@@ -78,6 +81,12 @@ export async function open_page(browser, { width = 1280, height = 720, prepare =
     // A refused call is also written to the console; those are the calls' own business.
     if (message.type() === "error" && !message.text().startsWith("Failed to load resource")) complaints.push(message.text());
   });
+  if (slow_ms > 0) {
+    await context.route(/\/api\/v1\//, async (route) => {
+      await new Promise((resolve) => setTimeout(resolve, slow_ms));
+      await route.fallback();
+    });
+  }
   await prepare(page);
   await page.goto(url, { waitUntil: "domcontentloaded" });
   return { page, context, complaints, at: (id) => page.getByTestId(id) };

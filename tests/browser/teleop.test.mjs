@@ -154,6 +154,22 @@ describe("teleoperation in the browser", { skip: missing("FLOWSCOPE_BIN"), timeo
     await until(() => at("script-problem").isHidden(), "the mended script");
   });
 
+  test("what is added at once stands in its order, the last one chosen", async () => {
+    const before_it = await cards().count();
+    await cards().last().click();
+    await page.evaluate(() => {
+      for (const id of ["add-close", "add-open"]) document.querySelector(`[data-testid="${id}"]`).click();
+    });
+    await settle(before_it + 2);
+    assert.match(await cards().nth(before_it).textContent(), /gripper close/);
+    assert.match(await cards().nth(before_it + 1).textContent(), /gripper open/);
+    assert.equal(await cards().nth(before_it + 1).getAttribute("aria-selected"), "true");
+    await page.keyboard.press("Control+z");
+    await settle(before_it + 1);
+    await page.keyboard.press("Control+z");
+    await settle(before_it);
+  });
+
   test("a waypoint is dragged in the picture, and turned there", async () => {
     await at("reset").click();
     await until(async () => !(await api("state")).success, "a fresh scene");

@@ -49,7 +49,7 @@ describe("from a demonstration to a film", { skip: missing("FLOWSCOPE_BIN"), tim
 
   test("the demonstrations are there with their pictures", async () => {
     await at("tab-data").click();
-    assert.equal(await at("demo-card").count(), demonstrations);
+    await until(async () => (await at("demo-card").count()) === demonstrations, "a card for each");
     await at("demo-card").first().click();
     const strip = at("keyframes").locator("img");
     assert.ok((await strip.count()) >= 3);

@@ -41,8 +41,12 @@ export async function refresh_demos(): Promise<void> {
   store.set({ demos, selected_demo: selected });
 }
 
+/// A prediction that an event brought while the server was asked may be missing in its answer.
 export async function refresh_traces(): Promise<void> {
-  store.set({ traces: newest_first(await api.traces()) });
+  const before = store.state.traces;
+  const answer = await api.traces();
+  const meanwhile = store.state.traces.filter((t) => !before.includes(t) && !answer.some((a) => a.id === t.id));
+  store.set({ traces: newest_first([...meanwhile, ...answer]) });
 }
 
 function newest_first(traces: TraceEntry[]): TraceEntry[] {

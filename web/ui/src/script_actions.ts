@@ -112,16 +112,19 @@ const edited = (): Edit => ({ text: store.state.script.text, steps: store.state.
 
 let edits: Promise<unknown> = Promise.resolve();
 
+/// What an edit makes of the script: the text, and the step that is chosen then.
+interface Edited { text: string; selected: number | null }
+
 /// Cards belong to the text that the server could read; what it could not read is mended in the text first. One after the
-/// other: each edit starts from what the one before has become.
-function guarded(edit: (now: Edit) => string, selected: number | null, keep = true): Promise<void> {
+/// other: each edit starts from what the one before has become, in its text, its steps and its choice.
+function guarded(edit: (now: Edit, selected: number | null) => Edited, keep = true): Promise<void> {
   const next = edits.then(async () => {
     if (reading) await reading;
-    const { problem } = store.state.script;
+    const { problem, selected, text } = store.state.script;
     if (problem) throw new Error(`The script has an error${problem.line ? ` in line ${problem.line}` : ""}; mend it in the text first.`);
-    const text = edit(edited());
-    if (keep) remember();
-    change({ text, selected, changed: true });
+    const became = edit(edited(), selected);
+    if (keep && became.text !== text) remember();
+    change({ ...became, changed: true });
     await redraw();
   });
   edits = next.catch(() => undefined);
@@ -129,26 +132,30 @@ function guarded(edit: (now: Edit) => string, selected: number | null, keep = tr
 }
 
 export function insert(steps: Step[]): Promise<void> {
-  const { selected, steps: present } = store.state.script;
-  const at = selected === null ? present.length : selected + 1;
-  return guarded((now) => insert_steps(now, at, steps), at + steps.length - 1);
+  return guarded((now, selected) => {
+    const at = selected === null ? now.steps.length : Math.min(selected + 1, now.steps.length);
+    return { text: insert_steps(now, at, steps), selected: at + steps.length - 1 };
+  });
 }
 /// `edit` gets the step as it is when its turn comes: an edit before it, or the scene, may have changed it by then.
 /// `keep`: an undo comes back to before it; false while a drag goes on.
 export function edit_step(index: number, edit: (step: Step) => Step, keep = true): Promise<void> {
-  return guarded((now) => (now.steps[index] ? replace_step(now, index, edit(now.steps[index])) : now.text), index, keep);
+  return guarded((now) => ({ text: now.steps[index] ? replace_step(now, index, edit(now.steps[index])) : now.text, selected: index }), keep);
 }
 export function edit_move(index: number, edit: (step: MoveStep) => MoveStep, keep = true): Promise<void> {
   return edit_step(index, (step) => (step.kind === "move" ? edit(step) : step), keep);
 }
 export function remove(index: number): Promise<void> {
-  const { selected, steps } = store.state.script;
-  const next = selected === null ? null : Math.min(selected > index ? selected - 1 : selected, steps.length - 2);
-  return guarded((now) => remove_step(now, index), next !== null && next >= 0 ? next : null);
+  return guarded((now, selected) => {
+    if (!now.steps[index]) return { text: now.text, selected };
+    const next = selected === null ? -1 : Math.min(selected > index ? selected - 1 : selected, now.steps.length - 2);
+    return { text: remove_step(now, index), selected: next >= 0 ? next : null };
+  });
 }
 export function reorder(from: number, to: number): Promise<void> {
-  if (from === to || to < 0 || to >= store.state.script.steps.length) return Promise.resolve();
-  return guarded((now) => move_step(now, from, to), to);
+  const { length } = store.state.script.steps;
+  if (from === to || to < 0 || to >= length) return Promise.resolve();
+  return guarded((now, selected) => (now.steps.length === length ? { text: move_step(now, from, to), selected: to } : { text: now.text, selected }));
 }
 
 // --- moves --------------------------------------------------------------------------------------------------------------
