@@ -2,11 +2,11 @@
 // tensors.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <map>
 #include <string>
 #include <vector>
+
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

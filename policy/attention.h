@@ -1,7 +1,7 @@
 // Scaled dot-product attention whose memory grows linearly in the tokens.
 #pragma once
 
-#include <torch/torch.h>
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

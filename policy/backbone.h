@@ -1,11 +1,11 @@
 // The sequence model behind the encoders and the velocity network.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

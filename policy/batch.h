@@ -2,13 +2,12 @@
 // scene-major.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <vector>
 
 #include "policy/region.h"
 #include "policy/rotation6.h"
 #include "policy/sample.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -1,7 +1,5 @@
 #include "policy/bench_infer.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "policy/integrate.h"
 #include "policy/matrix_products.h"
 #include "policy/random.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

@@ -1,13 +1,12 @@
 #include "policy/bench_scan.h"
 
-#include <torch/torch.h>
-
 #include "policy/bench_timer.h"
 #include "policy/causal_conv.h"
 #include "policy/mamba.h"
 #include "policy/mamba_kernels.h"
 #include "policy/plain_scan.h"
 #include "policy/selective_scan.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

@@ -1,12 +1,11 @@
 #include "policy/bench_tokens.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "policy/backbone.h"
 #include "policy/bench_timer.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

@@ -1,7 +1,7 @@
 // The short convolution in front of the scan, fused with its activation.
 #pragma once
 
-#include <torch/torch.h>
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

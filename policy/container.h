@@ -6,12 +6,12 @@
 // header.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
+
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -2,10 +2,9 @@
 // a time so that their members stay in the cache.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/mamba_kernels.h"
 #include "policy/token_kernels.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

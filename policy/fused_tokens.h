@@ -2,11 +2,10 @@
 // that all that is between stays in the cache.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/mamba_kernels.h"
 #include "policy/point_tokens.h"
 #include "policy/token_kernels.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

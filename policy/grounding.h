@@ -1,12 +1,11 @@
 // The grounded form of the prediction: the end point rests on points of the scene.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <vector>
 
 #include "policy/mlp.h"
 #include "policy/rotation6.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

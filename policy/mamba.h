@@ -1,9 +1,8 @@
 // One Mamba block: norm, in-projection, causal convolution, selective scan, gate, out-projection, residual.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/selective_scan.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

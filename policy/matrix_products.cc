@@ -3,7 +3,6 @@
 #include <ATen/Parallel.h>
 #include <ATen/record_function.h>
 #include <c10/util/ThreadLocalDebugInfo.h>
-#include <torch/torch.h>
 
 #include <algorithm>
 #include <numeric>
@@ -11,6 +10,7 @@
 #include <thread>
 
 #include "policy/bench_timer.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

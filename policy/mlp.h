@@ -1,9 +1,8 @@
 // Two layers with a GELU between them.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/backbone.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

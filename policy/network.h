@@ -1,8 +1,6 @@
 // FlowRAM's network: encoders, state space fusion and velocity network (paper §3.3, §3.4).
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/backbone.h"
 #include "policy/batch.h"
 #include "policy/clip/image_branch.h"
@@ -10,6 +8,7 @@
 #include "policy/mlp.h"
 #include "policy/point_encoder.h"
 #include "policy/point_tokens.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

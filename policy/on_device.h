@@ -1,11 +1,10 @@
 // Where the network learns: chosen at run time.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <string>
 
 #include "policy/batch.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

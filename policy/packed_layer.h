@@ -1,10 +1,9 @@
 // A linear layer's weights in the product kernel's layout.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/aligned_floats.h"
 #include "policy/mamba_kernels.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -2,13 +2,12 @@
 // along two curves, so that a scan which sees only what came before sees every group from both sides.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <string>
 
 #include "policy/backbone.h"
 #include "policy/mlp.h"
 #include "policy/preset.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -1,9 +1,8 @@
 // Points become tokens, each bound to the words of the instruction before anything is pooled.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/backbone.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

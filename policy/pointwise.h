@@ -1,7 +1,7 @@
 // Functions number by number, with gradients: as torch's, on our kernels where it pays.
 #pragma once
 
-#include <torch/torch.h>
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

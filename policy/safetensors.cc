@@ -1,7 +1,5 @@
 #include "policy/safetensors.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "policy/policy.h"
+#include "policy/torch_parts.h"
 #include "recorder/atomic_file.h"
 #include "recorder/bytes.h"
 

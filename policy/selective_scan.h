@@ -1,7 +1,7 @@
 // The selective state-space scan as one fused operator with its own backward pass (Mamba, arXiv 2312.00752).
 #pragma once
 
-#include <torch/torch.h>
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

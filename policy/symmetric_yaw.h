@@ -1,7 +1,7 @@
 // The yaw of something that looks the same after a turn by 360°/n.
 #pragma once
 
-#include <torch/torch.h>
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

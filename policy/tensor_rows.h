@@ -1,14 +1,13 @@
 // What the fused operators ask of the tensors that they get.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <initializer_list>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "policy/mamba_kernels.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -1,9 +1,8 @@
 // The ablation's other backbone: a pre-norm transformer behind the same seam as Mamba.
 #pragma once
 
-#include <torch/torch.h>
-
 #include "policy/backbone.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -2,12 +2,11 @@
 // tokens stand for (those of scene points, scene_points.h), to one feature per token (paper §3.3).
 #pragma once
 
-#include <torch/torch.h>
-
 #include <memory>
 
 #include "policy/clip/pyramid.h"
 #include "policy/clip/resnet.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

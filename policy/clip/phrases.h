@@ -1,11 +1,10 @@
 // Instructions as words of the policy whose features come from CLIP's text transformer.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <memory>
 
 #include "policy/clip/weights.h"
+#include "policy/torch_parts.h"
 #include "policy/words.h"
 
 namespace flowscope {

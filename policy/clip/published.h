@@ -2,13 +2,12 @@
 // 2103.00020; the names are those of OpenAI's release.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "policy/safetensors.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -2,12 +2,11 @@
 // Source: Lin et al. 2017 (arXiv 1612.03144), as 3D Diffuser Actor uses it over CLIP.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <cstdint>
 #include <vector>
 
 #include "policy/clip/resnet.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -3,13 +3,12 @@
 // §2.4; strides after arXiv 1904.11486; blocks arXiv 1512.03385.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "policy/safetensors.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -2,12 +2,11 @@
 // of. What makes them the policy's tokens, a Linear of width 512 to C, is the network's and learns.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <string>
 #include <vector>
 
 #include "policy/clip/weights.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

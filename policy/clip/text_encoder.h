@@ -2,12 +2,11 @@
 // blocks after arXiv 1706.03762 with layer norms first, the activation x sigmoid(1.702 x) and a causal mask.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <cstdint>
 #include <vector>
 
 #include "policy/safetensors.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 

@@ -1,7 +1,5 @@
 // How fast a policy learns: minutes of training on demonstrations of one task, error on unseen ones.
 //   learn_bench TASK DEMOS MINUTES|STEPSs [preset] [threads] [data folder with real demonstrations]
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "policy/sample.h"
+#include "policy/torch_parts.h"
 #include "policy/trainer.h"
 #include "recorder/demo_store.h"
 #include "tests/support/synthetic_demo.h"

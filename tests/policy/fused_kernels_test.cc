@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
-#include <torch/torch.h>
 
 #include <tuple>
 
 #include "policy/mamba_kernels.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

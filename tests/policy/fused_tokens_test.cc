@@ -3,13 +3,13 @@
 
 #include <ATen/Parallel.h>
 #include <gtest/gtest.h>
-#include <torch/torch.h>
 
 #include <map>
 #include <string>
 
 #include "policy/fused_groups.h"
 #include "policy/mlp.h"
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

@@ -2,7 +2,8 @@
 #include "policy/matrix_products.h"
 
 #include <gtest/gtest.h>
-#include <torch/torch.h>
+
+#include "policy/torch_parts.h"
 
 namespace flowscope {
 namespace {

@@ -2,13 +2,13 @@
 // list, and small ones of the same kind that plain loops can follow.
 #pragma once
 
-#include <torch/torch.h>
-
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
+
+#include "policy/torch_parts.h"
 
 namespace flowscope::testing {
 
