@@ -78,13 +78,13 @@ class ScriptRun {
     return true;
   }
 
-  /// The straight moves that follow step `index`, as far as their frames can be known now.
+  /// The straight moves that follow step `index`, which ends with the tool at `tool`.
   std::vector<Pose> lines_after(std::size_t index, Pose tool) const {
     std::vector<Pose> lines;
     for (std::size_t i = index + 1; i < script_.steps.size(); ++i) {
       const auto* move = std::get_if<MoveStep>(&script_.steps[i].what);
       if (!move) continue;
-      if (!move->linear || move->frame == "tool") break;
+      if (!move->linear) break;
       tool = place_move(world_, *move, tool).world_from_tool;
       lines.push_back(tool);
     }

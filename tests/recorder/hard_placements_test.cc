@@ -47,6 +47,8 @@ INSTANTIATE_TEST_SUITE_P(
         HardPlacement{"stack_cups", 10, 20290, 11, "the rim's nearest grip lies beyond the arm's reach"},
         HardPlacement{"stack_cups", 2, 50022, 11, "what is carried grazes a cup on the shortest way"},
         HardPlacement{"light_bulb_in", 3, 60623, 7, "the way up is possible from few ends of the way down"},
+        HardPlacement{"place_wine_at_rack_location", 2, 5016, 5,
+                      "the pull back, in the tool's frame, is possible from few ends of the way in"},
         HardPlacement{"slide_block_to_color_target", 3, 60083, 5,
                       "the fingers still touch the block three centimetres up"}));
 
