@@ -231,6 +231,25 @@ describe("the page", { skip: missing("FLOWSCOPE_FAKE"), timeout: 1_800_000 }, ()
     await until(() => at("comparison").isVisible(), "the comparison");
   });
 
+  test("an answer that comes late takes no prediction away", async () => {
+    let let_go, asked = 0;
+    const held = new Promise((resolve) => { let_go = resolve; });
+    await open_live({ prepare: (page) => page.route(api("traces"), async (route) => {
+      if (++asked > 1) return route.continue();
+      const response = await route.fetch(); // as it was before the prediction
+      await held;
+      await route.fulfill({ response });
+    }) });
+    await at("tab-debug").click();
+    await at("predict").click();
+    await until(async () => (await at("trace-row").count()) === 2, "the new prediction beside the old one");
+    const late = now.page.waitForResponse((response) => api("traces")(new URL(response.url())));
+    let_go();
+    await (await late).finished();
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    assert.equal(await at("trace-row").count(), 2);
+  });
+
   test("the mouse turns, shifts and zooms the camera", async () => {
     const drags = [];
     await open_live({ prepare: async (page) => page.on("request", (request) => {
