@@ -68,6 +68,8 @@ class Task {
   /// Places and colours everything in model/data for this variation and seed and settles nothing (the world
   /// does). `model` is the world's own copy. Throws std::invalid_argument for a variation out of range.
   virtual Episode reset(mjModel_* model, mjData_* data, int variation, std::uint64_t seed) const = 0;
+  /// False: an episode begins with the very state that reset() sets; nothing is given time to come to rest.
+  virtual bool settles() const { return true; }
   virtual std::unique_ptr<SuccessCheck> success(const mjModel_* model, const mjData_* data,
                                                 const Episode& episode) const = 0;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "recorder/floor.h"
 #include "recorder/frame_time.h"
 #include "recorder/task_placement.h"
 #include "recorder/world_robot.h"
@@ -65,6 +66,7 @@ struct World::Impl {
     model.reset(mj_copyModel(nullptr, task->model()));
     data.reset(mj_makeData(model.get()));
     if (!model || !data) throw std::runtime_error("no memory for the scene of " + task->name());
+    floor = Floor(model.get());
     steps_per_frame = static_cast<int>(std::lround(frame_s / model->opt.timestep));
   }
 
@@ -94,6 +96,7 @@ struct World::Impl {
   }
 
   void frame(const std::array<double, 7>& target, double openness, bool judged) {
+    floor.watch(model.get(), data.get());
     const auto from = robot.joint_targets(data.get());
     std::array<double, 7> now{}, speed{};
     for (int k = 1; k <= steps_per_frame; ++k) {
@@ -127,7 +130,7 @@ struct World::Impl {
     episode = task->reset(model.get(), data.get(), variation, seed);
     success = false;
     mj_forward(model.get(), data.get());
-    for (int i = 0; i < kSettleFrames; ++i) frame(task->robot().home, 1, false);
+    for (int i = 0; i < kSettleFrames && task->settles(); ++i) frame(task->robot().home, 1, false);
     data->time = 0;
     start_qpos = copied(data->qpos, model->nq);
     check = task->success(model.get(), data.get(), episode);
@@ -138,6 +141,7 @@ struct World::Impl {
   WorldRobot robot;
   ModelPtr model;
   DataPtr data;
+  Floor floor;
   int steps_per_frame = 0;
   Episode episode;
   std::unique_ptr<SuccessCheck> check;

@@ -32,7 +32,7 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Home pose, new placement, half a second to settle.
+  /// Home pose, new placement, and half a second to settle where the task lets it.
   void reset(int variation, std::uint64_t seed);
   const Task& task() const;
   const Episode& episode() const;

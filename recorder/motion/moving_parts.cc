@@ -17,8 +17,14 @@ bool is_below(const mjModel* model, int body, int ancestor) {
   return body == ancestor;
 }
 
-/// On a free joint, or on joints of its own that let it go and turn every way, without limits: nothing holds
-/// it back.
+Vector3d vector(const mjtNum* values) { return Eigen::Map<const Vector3d>(values); }
+Matrix3d matrix(const mjtNum* row_major) { return Eigen::Map<const RowMajor>(row_major); }
+Matrix3d matrix_of_wxyz(const mjtNum* q) {
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+}  // namespace
+
 bool goes_anywhere(const mjModel* model, int body) {
   if (model->body_dofnum[body] != 6) return false;
   const int first = model->body_jntadr[body];
@@ -27,14 +33,6 @@ bool goes_anywhere(const mjModel* model, int body) {
   }
   return true;
 }
-
-Vector3d vector(const mjtNum* values) { return Eigen::Map<const Vector3d>(values); }
-Matrix3d matrix(const mjtNum* row_major) { return Eigen::Map<const RowMajor>(row_major); }
-Matrix3d matrix_of_wxyz(const mjtNum* q) {
-  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
-}
-
-}  // namespace
 
 MovingParts::MovingParts(const mjModel* model, const mjData* data, const ArmIndices& arm,
                          const std::vector<std::string>& held)

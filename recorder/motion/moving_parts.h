@@ -14,6 +14,10 @@ struct mjData_;
 
 namespace flowscope {
 
+/// Whether nothing holds the body back: it is on a free joint, or on six of its own that let it go and turn
+/// every way, without limits.
+bool goes_anywhere(const mjModel_* model, int body);
+
 /// Everything else in the scene stands still, and the fingers stay as far open as they are.
 class MovingParts {
  public:
