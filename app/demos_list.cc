@@ -35,7 +35,8 @@ void print_origin(const DemoInfo& info) {
     std::printf("robot        %s, %d joints\n", info.origin.robot.c_str(), info.origin.joints);
   }
   if (scene) {
-    std::printf("scene        %s, robot %s%s%s\n", scene->scene.c_str(), scene->robot.c_str(),
+    std::printf("scene        %s, robot %s%s%s%s%s\n", scene->scene.c_str(), scene->robot.c_str(),
+                scene->key.empty() ? "" : ", key frame ", scene->key.c_str(),
                 scene->folder.empty() ? "" : ", from ", scene->folder.c_str());
     std::printf("             SHA-256 %s\n", scene->scene_sha256.c_str());
   }

@@ -1,6 +1,7 @@
 #include "app/scene_options.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
 namespace flowscope::app {
 
@@ -13,6 +14,10 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCall& call) {
   command.add_option("--instruction", call.instruction, "What is to be done in the scene")
       ->type_name("TEXT")
       ->needs(scene);
+  command.add_option("--key", call.key, "Key frame that the scene begins with, by name or number from 0")
+      ->type_name("NAME")
+      ->needs(scene);
+  call.note = [](const std::string& text) { std::fprintf(stderr, "flowscope: %s\n", text.c_str()); };
   return scene;
 }
 

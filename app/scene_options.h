@@ -1,4 +1,4 @@
-// --scene FILE, --robot FILE and --instruction TEXT: a user's own scene in place of a task.
+// --scene FILE, --robot FILE, --instruction TEXT and --key NAME: a user's own scene in place of a task.
 #pragma once
 
 #include "recorder/scene_task.h"

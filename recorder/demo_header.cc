@@ -157,6 +157,7 @@ DemoOrigin parse_origin(const Node& root) {
     const Node& from = *scene;
     origin.scene = {from["file"].text(max_path), from["robot"].text(max_path), from["folder"].text(max_path),
                     from["sha256"].sha256(), from["robot_sha256"].sha256()};
+    if (const auto key = from.find("key")) origin.scene->key = key->text(max_name);
     if (origin.scene->scene.empty()) from["file"].fail("is empty");
     if (origin.scene->scene_sha256.empty()) from["sha256"].fail("is empty");
   }
@@ -173,6 +174,7 @@ void put_origin(const DemoInfo& info, Json& json) {
                      {"folder", scene->folder},
                      {"sha256", scene->scene_sha256},
                      {"robot_sha256", scene->robot_sha256}};
+    if (!scene->key.empty()) json["scene"]["key"] = scene->key;
   }
   if (info.success) json["success"] = *info.success;
 }

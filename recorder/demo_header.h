@@ -3,9 +3,8 @@
 //   task, variation, seed, created, simulator, frames, instructions, bounds {min, max}
 //   robot {name, joints}          name of its description and number of its arm's joints
 //   scene {file, robot, folder,   only in a user's own scene: files as given to --scene and --robot, the
-//   folder
-//          sha256, robot_sha256}  where relative ones lie, fingerprints of the compiled scene and of the
-//                                 description (demo_origin.h)
+//          sha256, robot_sha256,  folder where relative ones lie; fingerprints of the compiled scene and of
+//          key}                   the description; the key frame that was named (demo_origin.h)
 //   success                       whether the task's condition has held; left out where it has none
 //   state {scene, qpos, …}        numbers of values in each part of a state; states_bytes: their block
 //   keyframes                     indices of frames

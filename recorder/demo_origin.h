@@ -13,6 +13,7 @@ struct SceneOrigin {
   std::string folder;        ///< the working folder of that time, where relative names are found
   std::string scene_sha256;  ///< of the compiled scene: its file, what it includes, meshes, pictures
   std::string robot_sha256;  ///< of the description's file; empty where it is one of ours
+  std::string key{};         ///< the key frame that it was told to begin with; empty: none was named
   bool operator==(const SceneOrigin&) const = default;
 };
 

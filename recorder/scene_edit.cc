@@ -187,10 +187,12 @@ class Editor {
       }
     }
     if (actuators.empty()) return;
-    section("actuator").children = std::move(actuators);
+    // Behind the others, whose numbers stay; but those with activations must come last.
+    root_.children.insert(scene_->na > 0 ? root_.children.begin() : root_.children.end(),
+                          {"actuator", {}, std::move(actuators)});
     std::erase_if(root_.children, [](const XmlElement& child) {
       return child.tag == "keyframe";
-    });  // its control inputs would be too few; the caller keeps its posture
+    });  // its control inputs would be too few; the caller keeps them
   }
   /// A joint as stiff as a position-controlled motor.
   void drive(const std::string& joint, const std::string& actuator, double stiffness, const Motor& motor,
@@ -249,56 +251,11 @@ class Editor {
   bool wrist_camera_ = false;
 };
 
-void find_meshes(XmlElement& element, std::vector<XmlElement*>& out) {
-  if (element.tag == "mesh") out.push_back(&element);
-  for (auto& child : element.children) find_meshes(child, out);
-}
-
-/// Absolute; empty when there is no such file. package://NAME/rest may lie in any folder above, with NAME or
-/// without.
-std::filesystem::path find_mesh(const std::string& name, const std::filesystem::path& folder) {
-  namespace fs = std::filesystem;
-  const std::string package = "package://", file = "file://";
-  if (!name.starts_with(package)) {
-    const fs::path path = fs::absolute(folder / (name.starts_with(file) ? name.substr(file.size()) : name));
-    return fs::is_regular_file(path) ? path : fs::path();
-  }
-  const fs::path whole = name.substr(package.size());
-  const fs::path inside = whole.lexically_relative(*whole.begin());
-  fs::path above = fs::absolute(folder).lexically_normal();
-  for (;; above = above.parent_path()) {
-    for (const auto& rest : {inside, whole}) {
-      if (fs::is_regular_file(above / rest)) return above / rest;
-    }
-    if (above == above.parent_path()) return {};
-  }
-}
-
 }  // namespace
 
 std::string completed_scene(const std::string& xml, const mjModel* scene, const mjModel* table,
                             const RobotDescription& robot) {
   return Editor(xml, scene, table, robot).run();
-}
-
-std::string opened_urdf(const std::string& urdf, const std::filesystem::path& folder) {
-  XmlElement robot = parse_xml(urdf);
-  for (const auto& child : robot.children) {
-    if (child.tag == "mujoco") return urdf;
-  }
-  std::vector<XmlElement*> meshes;
-  find_meshes(robot, meshes);
-  std::vector<std::filesystem::path> files;
-  for (const auto* mesh : meshes) files.push_back(find_mesh(mesh->get("filename"), folder));
-  const bool all_there =
-      std::none_of(files.begin(), files.end(), [](const auto& file) { return file.empty(); });
-  XmlElement compiler{"compiler", {{"discardvisual", "false"}, {"fusestatic", "false"}}, {}};
-  if (all_there) {
-    compiler.set("strippath", "false");
-    for (std::size_t i = 0; i < meshes.size(); ++i) meshes[i]->set("filename", files[i].string());
-  }
-  robot.add({"mujoco", {}, {std::move(compiler)}});
-  return to_text(robot);
 }
 
 }  // namespace flowscope

@@ -4,10 +4,9 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
+#include "recorder/scene_trouble.h"
 #include "render/mujoco_guard.h"
 
 namespace flowscope {
@@ -17,6 +16,19 @@ bool add_to(mjVFS* files, const std::string& name, const std::string& text) {
   if (mj_makeEmptyFileVFS(files, name.c_str(), static_cast<int>(text.size())) != 0) return false;
   std::memcpy(files->filedata[mj_findFileVFS(files, name.c_str())], text.data(), text.size());
   return true;
+}
+
+/// In place of one of that name. (mj_deleteFileVFS of MuJoCo 2.2.2 leaves a table in which searches never
+/// end.)
+void put_into(mjVFS* files, const std::string& name, const std::string& text) {
+  if (const int old = mj_findFileVFS(files, name.c_str()); old >= 0) {
+    mju_free(files->filedata[old]);
+    files->filedata[old] = mju_malloc(text.size());
+    files->filesize[old] = static_cast<int>(text.size());
+    std::memcpy(files->filedata[old], text.data(), text.size());
+  } else if (!add_to(files, name, text)) {
+    throw std::runtime_error(name + ": too many files for one scene");
+  }
 }
 
 /// Objects in folders of their own beside the scene (mug/mug.xml): the simulator would look for their meshes
@@ -47,6 +59,7 @@ SceneFiles::SceneFiles(const std::filesystem::path& assets) : files_(std::make_u
       if (!add(entry.path().filename().string(), read_text(entry.path()))) {
         throw std::runtime_error(entry.path().string() + ": its name is taken by another shared scene file");
       }
+      shared_[entry.path().filename().string()] = entry.path();
     }
   }
 }
@@ -58,18 +71,77 @@ bool SceneFiles::add(const std::string& name, const std::string& text) {
 }
 
 ModelPtr SceneFiles::compile(const std::filesystem::path& file) const {
-  install_mujoco_guard();
   add_objects(file, files_.get());
-  std::array<char, 1000> error{};
-  ModelPtr model(mj_loadXML(file.c_str(), files_.get(), error.data(), static_cast<int>(error.size())));
-  if (!model) throw std::runtime_error(file.string() + ": " + error.data());
-  return model;
+  std::string unread;
+  try {
+    const SceneSource text = source(file);
+    prefer_own(text);
+    unread = text.unread;
+  } catch (const std::runtime_error&) {
+    // told when MuJoCo cannot read it either
+  }
+  Loaded loaded = load(file);
+  if (!loaded.model) throw trouble(file, loaded.message);
+  if (!unread.empty()) throw SceneError(unread);
+  return std::move(loaded.model);
 }
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::runtime_error(file.string() + ": can not be read");
-  return {std::istreambuf_iterator<char>(stream), {}};
+ModelPtr SceneFiles::compile(const PlacedText& text, const SceneSource& source) const {
+  add_objects(source.files.at(0), files_.get());
+  Loaded loaded = load(text.text, source.folder());
+  if (!loaded.model) throw scene_trouble(loaded.message, source, text.lines);
+  return std::move(loaded.model);
+}
+
+SceneSource SceneFiles::source(const std::filesystem::path& scene) const {
+  return read_source(
+      scene, [this](const std::string& name) -> std::optional<std::pair<std::filesystem::path, std::string>> {
+        const auto found = shared_.find(name);
+        if (found == shared_.end()) return std::nullopt;
+        return std::pair{found->second, read_text(found->second)};
+      });
+}
+
+/// MuJoCo would take a shared file in place of one that a scene has itself under that name.
+void SceneFiles::prefer_own(const SceneSource& source) const {
+  for (const auto& file : source.files) {
+    const auto shared = shared_.find(file.filename().string());
+    std::error_code none;
+    if (shared != shared_.end() && !std::filesystem::equivalent(file, shared->second, none))
+      put_into(files_.get(), shared->first, read_text(file));
+  }
+}
+
+SceneFiles::Loaded SceneFiles::load(const std::filesystem::path& file) const {
+  install_mujoco_guard();
+  std::array<char, 1000> error{};
+  ModelPtr model(mj_loadXML(file.c_str(), files_.get(), error.data(), static_cast<int>(error.size())));
+  return {std::move(model), error.data()};
+}
+
+SceneFiles::Loaded SceneFiles::load(const std::string& text, const std::filesystem::path& folder) const {
+  const std::string name = "flowscope-written.xml";
+  put_into(files_.get(), name, text);
+  return load(folder / name);
+}
+
+/// MuJoCo knows no lines of included files: the same is loaded again as one text.
+SceneError SceneFiles::trouble(const std::filesystem::path& file, const std::string& message) const {
+  SceneSource text;
+  try {
+    text = source(file);
+  } catch (const SceneError& error) {
+    return error;
+  }
+  const auto is_shared = [this](const std::string& name) {
+    return mj_findFileVFS(files_.get(), name.c_str()) >= 0;
+  };
+  if (const std::string missing = missing_files(text, is_shared); !missing.empty())
+    return SceneError(missing);
+  const PlacedText whole = to_placed_text(text.root);
+  const Loaded again = load(whole.text, text.folder());
+  if (again.model) return scene_trouble(message, text, {});
+  return scene_trouble(again.message, text, whole.lines);
 }
 
 }  // namespace flowscope

@@ -1,11 +1,14 @@
 // Compiling scene files. Those of assets/robots and assets/scenes are found by their bare names wherever a
-// scene lies, and so are meshes and pictures of objects that have a folder beside it (mug/mug.xml).
+// scene lies that has none of its own by that name, and so are meshes and pictures of objects that have a
+// folder beside it (mug/mug.xml).
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 
+#include "recorder/scene_source.h"
 #include "render/mujoco_owners.h"
 
 struct mjVFS_;
@@ -22,15 +25,25 @@ class SceneFiles {
 
   /// From now on `name` (no folders) is this text, whatever lies on the disk. False when the name is taken.
   bool add(const std::string& name, const std::string& text);
-  /// MJCF or URDF; a file of that name that was added comes first. Throws std::runtime_error with the file's
-  /// name and MuJoCo's message.
+  /// MJCF or URDF. Throws SceneError at the place where the author of the file finds what is wrong.
   ModelPtr compile(const std::filesystem::path& file) const;
+  /// A text made of the scene `source`, as if it lay beside that.
+  ModelPtr compile(const PlacedText& text, const SceneSource& source) const;
+  /// With what it includes; throws SceneError.
+  SceneSource source(const std::filesystem::path& scene) const;
 
  private:
-  std::unique_ptr<mjVFS_> files_;
-};
+  struct Loaded {
+    ModelPtr model;
+    std::string message;  ///< where there is no model
+  };
+  Loaded load(const std::filesystem::path& file) const;
+  Loaded load(const std::string& text, const std::filesystem::path& folder) const;
+  void prefer_own(const SceneSource& source) const;
+  SceneError trouble(const std::filesystem::path& file, const std::string& message) const;
 
-/// The whole file; throws std::runtime_error that names it.
-std::string read_text(const std::filesystem::path& file);
+  std::unique_ptr<mjVFS_> files_;
+  std::map<std::string, std::filesystem::path> shared_;  ///< by bare name
+};
 
 }  // namespace flowscope

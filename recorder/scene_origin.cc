@@ -32,6 +32,7 @@ std::shared_ptr<const Task> open_in(const fs::path& folder, const SceneOrigin& o
     }
     call.robot = robot.string();
   }
+  call.key = origin.key;
   std::shared_ptr<const Task> task;
   try {
     task = open_scene(call, assets);
@@ -49,6 +50,7 @@ std::shared_ptr<const Task> open_in(const fs::path& folder, const SceneOrigin& o
 
 SceneOrigin scene_origin(const SceneCall& call, const mjModel_* raw_model, const fs::path& robot_file) {
   SceneOrigin origin{call.scene.string(), call.robot, "", model_sha256(raw_model), ""};
+  origin.key = call.key;
   if (!robot_file.empty()) origin.robot_sha256 = file_sha256(robot_file);
   if (call.scene.is_relative() || (!robot_file.empty() && robot_file.is_relative())) {
     origin.folder = fs::current_path().string();

@@ -14,6 +14,8 @@
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"
+#include "recorder/scene_start.h"
+#include "recorder/urdf.h"
 #include "recorder/world_robot.h"
 
 namespace flowscope {
@@ -30,7 +32,7 @@ class NoTerms : public SuccessCheck {
 class SceneTask : public Task {
  public:
   SceneTask(std::string name, std::string instruction, ModelPtr model, RobotDescription robot,
-            std::vector<double> start, SceneOrigin origin)
+            StartState start, SceneOrigin origin)
       : name_(std::move(name)),
         instruction_(std::move(instruction)),
         model_(std::move(model)),
@@ -65,11 +67,12 @@ class SceneTask : public Task {
     std::copy_n(model_->mat_rgba, 4 * model_->nmat, model->mat_rgba);
     std::copy_n(model_->eq_active, model_->neq, model->eq_active);
     std::copy_n(model_->eq_data, mjNEQDATA * model_->neq, model->eq_data);
-    std::copy(start_.begin(), start_.end(), data->qpos);
+    begin_with(start_, data);
     WorldRobot(model, robot_).go_home(data);
     mj_kinematics(model, data);
     return {name_, variation, seed, {instruction_}, {}, ""};
   }
+  bool settles() const override { return !robot_.joints.empty() && !start_.moves; }
   std::unique_ptr<SuccessCheck> success(const mjModel*, const mjData*, const Episode&) const override {
     return std::make_unique<NoTerms>();
   }
@@ -78,7 +81,7 @@ class SceneTask : public Task {
   std::string name_, instruction_;
   ModelPtr model_;
   RobotDescription robot_;
-  std::vector<double> start_;  ///< positions that it begins with
+  StartState start_;
   SceneOrigin origin_;
 };
 
@@ -128,36 +131,76 @@ std::string saved_xml(const mjModel* model) {
   return xml;
 }
 
+/// A scene as its author wrote it, in MuJoCo's own words.
+struct RawScene {
+  ModelPtr model;
+  std::string mjcf;
+  SceneSource source;
+};
+
+RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
+  RawScene raw;
+  raw.source = files.source(call.scene);
+  if (!raw.source.unread.empty()) throw SceneError(raw.source.unread);
+  const OpenedUrdf opened = opened_urdf(raw.source, call.note);
+  for (const auto& [name, bytes] : opened.files) {
+    if (!files.add(name, bytes))
+      throw std::runtime_error("too many files for one scene, or two are called " + name);
+  }
+  raw.model = files.compile(opened.text, raw.source);
+  raw.mjcf = dressed_urdf(saved_xml(raw.model.get()), opened.skins);
+  // Its pictures are part of what it is.
+  if (!opened.skins.empty()) raw.model = files.compile({raw.mjcf, {}}, raw.source);
+  return raw;
+}
+
+RawScene read_mjcf(const SceneCall& call, SceneFiles& files) {
+  RawScene raw;
+  raw.model = files.compile(call.scene);
+  raw.mjcf = saved_xml(raw.model.get());
+  try {
+    raw.source = files.source(call.scene);
+  } catch (const SceneError&) {  // MuJoCo read it all the same
+    raw.source.files = {call.scene};
+  }
+  return raw;
+}
+
+void check_seen(const SceneCall& call, const RawScene& raw) {
+  const mjModel* model = raw.model.get();
+  const std::string file = call.scene.string();
+  if (model->ngeom == 0) {
+    std::string why = "it has no <geom>";
+    if (raw.source.root.tag == "robot") {
+      why = "none of its links has a <visual> or <collision> with a shape";
+      for (const auto& child : raw.source.root.children) {
+        if (child.tag == "mujoco")
+          why += ", or they are left out (its <mujoco> can say <compiler discardvisual=\"false\"/>)";
+      }
+    }
+    throw SceneError(file + ": there is nothing to see or to touch in it: " + why);
+  }
+  for (int i = 0; i < model->ngeom; ++i) {
+    if (model->geom_group[i] <= 2 && model->geom_rgba[4 * i + 3] > 0) return;
+  }
+  if (call.note)
+    call.note(file + ": nothing in it can be seen: all its geoms are transparent or in the groups 3 to 5");
+}
+
 std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::path& assets) {
   RobotDescription robot = find_robot(call.robot, assets);
   SceneFiles files(assets);
   const ModelPtr table = files.compile(assets / "scenes" / "table.xml");
-  const std::string text = read_text(call.scene);
-  ModelPtr raw;
-  if (root_element(text) == "robot") {
-    std::string opened = text;
-    try {
-      opened = opened_urdf(text, call.scene.parent_path());
-    } catch (const std::runtime_error&) {
-      // no XML: MuJoCo says what is wrong with it
-    }
-    const auto place = call.scene.parent_path() / "flowscope-opened.urdf";
-    files.add(place.filename().string(), opened);
-    raw = files.compile(place);
-  } else {
-    raw = files.compile(call.scene);
-  }
-  const std::string completed = completed_scene(saved_xml(raw.get()), raw.get(), table.get(), robot);
-  // Under a name beside the scene, so that its meshes are found.
-  const auto place = call.scene.parent_path() / "flowscope-completed.xml";
-  files.add(place.filename().string(), completed);
-  ModelPtr model = files.compile(place);
-  if (raw->nlight == 0) model->vis.headlight = table->vis.headlight;
-  std::vector<double> start(model->qpos0, model->qpos0 + model->nq);
-  if (raw->nkey > 0 && raw->nq == model->nq) start.assign(raw->key_qpos, raw->key_qpos + raw->nq);
+  const bool is_urdf = root_element(read_text(call.scene)) == "robot";
+  const RawScene raw = is_urdf ? read_urdf(call, files) : read_mjcf(call, files);
+  check_seen(call, raw);
+  const std::string completed = completed_scene(raw.mjcf, raw.model.get(), table.get(), robot);
+  ModelPtr model = files.compile({completed, {}}, raw.source);
+  if (raw.model->nlight == 0) model->vis.headlight = table->vis.headlight;
+  StartState start = start_state(raw.model.get(), model.get(), call.key);
   return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
                                      std::move(robot), std::move(start),
-                                     scene_origin(call, raw.get(), robot_file(call.robot, assets)));
+                                     scene_origin(call, raw.model.get(), robot_file(call.robot, assets)));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "recorder/xml_tree.h"
 
 #include <algorithm>
-#include <stdexcept>
+#include <array>
 
 namespace flowscope {
 namespace {
@@ -17,11 +17,20 @@ class XmlParser {
     if (!next_tag()) fail("holds no element");
     return element(0);
   }
+  std::vector<XmlElement> all() {
+    std::vector<XmlElement> result{document()};
+    while (next_tag()) result.push_back(element(0));
+    return result;
+  }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
-    throw std::runtime_error("line " + std::to_string(line) + ": " + what);
+  [[noreturn]] void fail(const std::string& what) { throw XmlError(line(), what); }
+  /// Of where it stands, which never moves back.
+  int line() {
+    const auto from = text_.begin() + static_cast<std::ptrdiff_t>(counted_);
+    line_ += static_cast<int>(std::count(from, text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n'));
+    counted_ = at_;
+    return line_;
   }
   void skip_behind(const std::string& end) {
     const auto found = text_.find(end, at_);
@@ -61,8 +70,9 @@ class XmlParser {
 
   XmlElement element(int depth) {
     if (depth > kMaxDepth) fail("nested too deeply");
-    ++at_;
     XmlElement result;
+    result.place.line = line();
+    ++at_;
     result.tag = word();
     while (after_space() != '/' && text_[at_] != '>') {
       std::string name = word();
@@ -92,12 +102,20 @@ class XmlParser {
   }
 
   const std::string& text_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, counted_ = 0;
+  int line_ = 1;  ///< of `counted_`
 };
 
-void write(const XmlElement& element, const std::string& indent, std::string& out) {
+const std::array<std::pair<const char*, const char*>, 5> kEntities{
+    {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&apos;"}}};
+
+/// One line for each element, more where a value has several, and one for the end of those with children.
+void write(const XmlElement& element, const std::string& indent, PlacedText& placed) {
+  std::string& out = placed.text;
+  placed.lines.push_back(element.place);
   out += indent + "<" + element.tag;
   for (const auto& [name, value] : element.attributes) {
+    placed.lines.insert(placed.lines.end(), std::ranges::count(value, '\n'), element.place);
     const char quote = value.find('"') == std::string::npos ? '"' : '\'';
     out += " " + name + "=" + quote + value + quote;
   }
@@ -106,7 +124,8 @@ void write(const XmlElement& element, const std::string& indent, std::string& ou
     return;
   }
   out += ">\n";
-  for (const auto& child : element.children) write(child, indent + "  ", out);
+  for (const auto& child : element.children) write(child, indent + "  ", placed);
+  placed.lines.push_back(element.place);
   out += indent + "</" + element.tag + ">\n";
 }
 
@@ -130,10 +149,39 @@ void XmlElement::set(const std::string& name, std::string value) {
 
 XmlElement parse_xml(const std::string& text) { return XmlParser(text).document(); }
 
-std::string to_text(const XmlElement& element) {
-  std::string out;
-  write(element, "", out);
-  return out;
+std::vector<XmlElement> parse_xml_elements(const std::string& text) { return XmlParser(text).all(); }
+
+std::string to_text(const XmlElement& element) { return to_placed_text(element).text; }
+
+PlacedText to_placed_text(const XmlElement& element) {
+  PlacedText result;
+  write(element, "", result);
+  return result;
+}
+
+std::string from_xml_value(const std::string& value) {
+  std::string text;
+  for (std::size_t at = 0; at < value.size(); ++at) {
+    const auto entity = std::ranges::find_if(kEntities, [&](const auto& one) {
+      return value.compare(at, std::string(one.second).size(), one.second) == 0;
+    });
+    if (entity == kEntities.end()) {
+      text += value[at];
+    } else {
+      text += entity->first;
+      at += std::string(entity->second).size() - 1;
+    }
+  }
+  return text;
+}
+
+std::string to_xml_value(const std::string& text) {
+  std::string value;
+  for (const char c : text) {
+    const auto entity = std::ranges::find_if(kEntities, [c](const auto& one) { return one.first[0] == c; });
+    value += entity == kEntities.end() ? std::string(1, c) : entity->second;
+  }
+  return value;
 }
 
 }  // namespace flowscope

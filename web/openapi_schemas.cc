@@ -75,7 +75,7 @@ constexpr const char* scene = R"({
   "id":{"type":"string"},"task":{"type":"string"},"variation":{"type":"integer"},"seed":{"type":"integer"},
   "instruction":{"type":"string"},"frames":{"type":"integer"},"created":{"type":"string"},"bytes":{"type":"integer"},
   "robot":{"type":["string","null"]},"scene":{"type":["string","null"]},"success":{"type":["boolean","null"]},
-  "scene_origin":{"type":"object","description":"of a user's own scene: file, robot, folder, sha256, robot_sha256"},
+  "scene_origin":{"type":"object","description":"of a user's own scene: file, robot, folder, sha256, robot_sha256, and key where a key frame was named"},
   "instructions":{"type":"array","items":{"type":"string"}},"bounds":{"type":"object"},"seconds":{"type":"number"},
   "cameras":{"type":"array","items":{"type":"string"}},"keyframes":{"type":"array","items":{"type":"object",
   "required":["frame","action"],"properties":{"frame":{"type":"integer"},"time_s":{"type":"number"},

@@ -26,11 +26,13 @@ Json to_json(const DemoInfo& info) {
 namespace {
 
 Json scene_json(const SceneOrigin& scene) {
-  return {{"file", scene.scene},
-          {"robot", scene.robot},
-          {"folder", scene.folder},
-          {"sha256", scene.scene_sha256},
-          {"robot_sha256", scene.robot_sha256}};
+  Json json{{"file", scene.scene},
+            {"robot", scene.robot},
+            {"folder", scene.folder},
+            {"sha256", scene.scene_sha256},
+            {"robot_sha256", scene.robot_sha256}};
+  if (!scene.key.empty()) json["key"] = scene.key;
+  return json;
 }
 
 }  // namespace

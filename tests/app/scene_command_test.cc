@@ -29,7 +29,7 @@ TEST_F(SceneCommand, ABrokenSceneIsAWrongCallOfBothCommands) {
                             {"record", "--scene", scene, "--robot", "panda", "--script", script}}) {
     const auto outcome = run_command(words);
     EXPECT_EQ(outcome.code, 2) << words.front();
-    EXPECT_TRUE(contains(outcome.err, "broken.xml: ")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "broken.xml:1: ")) << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "geom")) << outcome.err;
   }
 }

@@ -25,9 +25,9 @@ using testing::stored;
 /// Of an arm of six joints in a user's own scene.
 Demo scene_demo() {
   Demo demo = sample_demo();
-  demo.info.origin = {
-      "ur5", 6,
-      SceneOrigin{"scenes/desk.xml", "mine.yaml", "/home/me", std::string(64, 'a'), std::string(64, '0')}};
+  demo.info.origin = {"ur5", 6,
+                      SceneOrigin{"scenes/desk.xml", "mine.yaml", "/home/me", std::string(64, 'a'),
+                                  std::string(64, '0'), "open"}};
   demo.info.success = false;
   for (Frame& frame : demo.frames) frame.q[6] = frame.dq[6] = 0;
   return demo;

@@ -29,6 +29,27 @@ TEST(XmlTree, SetsAndAdds) {
   EXPECT_EQ(to_text(root), "<a x=\"2\" y=\"3\">\n  <b/>\n</a>\n");
 }
 
+TEST(XmlTree, KnowsWhereEachElementWasRead) {
+  const XmlElement root =
+      parse_xml("<?xml version='1.0'?>\n<!--\n--><a\n x='1\n2'>\n\n<b/> <c>\n</c><d/></a>");
+  EXPECT_EQ(root.place.line, 3);
+  EXPECT_EQ(root.children.at(0).place.line, 7);
+  EXPECT_EQ(root.children.at(1).place.line, 7);
+  EXPECT_EQ(root.children.at(2).place.line, 8);
+  XmlElement longer = root;
+  longer.children.insert(longer.children.begin(), {"new", {}, {}});
+  const PlacedText placed = to_placed_text(longer);
+  EXPECT_EQ(placed.text, "<a x=\"1\n2\">\n  <new/>\n  <b/>\n  <c/>\n  <d/>\n</a>\n");
+  std::vector<int> lines;
+  for (const XmlPlace& place : placed.lines) lines.push_back(place.line);
+  EXPECT_EQ(lines, (std::vector<int>{3, 3, 0, 7, 7, 8, 3})) << "what was added has none";
+}
+
+TEST(XmlTree, ValuesAndWhatTheyMean) {
+  EXPECT_EQ(from_xml_value("a &amp;&lt;b&gt; &quot;c&quot; &apos; & &x;"), "a &<b> \"c\" ' & &x;");
+  EXPECT_EQ(to_xml_value("a &<\"'"), "a &amp;&lt;&quot;&apos;");
+}
+
 TEST(XmlTree, WhatIsNoXmlNamesItsLine) {
   for (const char* text : {"", "words", "<a", "<a>", "<a>\n<b></a>", "<a x>", "<a x=1/>", "<a x='1/>", "<a/",
                            "<!-- <a/>", "< a/>", "<a></b>"}) {
