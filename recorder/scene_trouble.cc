@@ -111,6 +111,12 @@ SceneError scene_trouble(const std::string& text, const SceneSource& source,
     if (element) at = element->place;
   }
   std::string what = said.what;
+  if (what.starts_with("Unrecognized XML model type")) {
+    at = source.root.place;
+    what = "its first element is <" + source.root.tag + ">; a scene's is <mujoco> (MJCF) or <robot> (URDF)";
+  }
+  if (what.starts_with("Unknown mesh file type"))
+    what += "; MuJoCo reads STL and OBJ, and flowscope scene import makes an object of others";
   if (!said.element.empty()) what += " in <" + said.element + ">";
   if (!said.object.empty() && what.find("'" + said.object + "'") == std::string::npos)
     what += " (" + said.object + ")";

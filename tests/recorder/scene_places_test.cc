@@ -97,6 +97,14 @@ TEST_F(ScenePlaces, AllMissingFilesAreNamed) {
                       at("parts/part.xml") + ":3: the texture's file " + at("gone.png") + " is not there");
 }
 
+TEST_F(ScenePlaces, AMeshThatMujocoDoesNotReadIsToldSo) {
+  file("mug.dae", "<COLLADA/>");
+  const std::string said =
+      with_part("<mujocoinclude><asset>\n<mesh file='mug.dae'/></asset></mujocoinclude>");
+  EXPECT_BEGINS(said, at("parts/part.xml") + ":2: ");
+  EXPECT_HAS(said, "scene import");
+}
+
 TEST_F(ScenePlaces, AScenesOwnFilesComeBeforeOursOfTheSameName) {
   file("panda.xml", "<mujoco><worldbody><geom name='mine' size='1'/></worldbody></mujoco>");
   const auto whole = file("whole.xml", "<mujoco><include file='panda.xml'/></mujoco>");
@@ -119,6 +127,8 @@ TEST_F(ScenePlaces, WhatWouldOpenEmptySaysWhy) {
   EXPECT_BEGINS(complaint({file("b.urdf", robot + "\n<mujoco/>"), "", ""}), at("b.urdf") + ":2: <mujoco> ");
   EXPECT_HAS(complaint({file("c.xml", "<mujoco><worldbody/></mujoco>"), "", ""}), "it has no <geom>");
   EXPECT_HAS(complaint({file("d.urdf", "<robot name='a'><link name='l'/></robot>"), "", ""}), "<visual>");
+  EXPECT_BEGINS(complaint({file("g.sdf", "\n<sdf version='1.6'/>"), "", ""}),
+                at("g.sdf") + ":2: its first element is <sdf>");
   std::string drops = robot;
   drops.insert(drops.find("<link"), "<mujoco><compiler/></mujoco>");
   EXPECT_HAS(complaint({file("e.urdf", drops), "", ""}), "discardvisual");
