@@ -165,17 +165,17 @@ void UrdfMeshes::check_all_there() const {
 
 void UrdfMeshes::place(Use& use) {
   if (is_converted(use)) return;
-  // MuJoCo calls a mesh after its file, and takes meshes of one name for one.
-  const auto [known, is_new] = names_.emplace(use.file.stem().string(), use.file);
-  const bool is_taken = !is_new && known->second != use.file;
+  // MuJoCo calls a mesh after its file, takes meshes of one name for one, and stumbles over further scales.
+  const auto [known, is_new] = names_.emplace(use.file.stem().string(), use.version());
+  const bool is_taken = !is_new && known->second != use.version();
   if (!is_taken && !own_path(*use.mesh).empty()) return;
   if (!is_taken && !is_own_) {
     use.mesh->set("filename", to_xml_value(use.file.string()));
     return;
   }
-  std::string& copy = copies_[use.file];
+  std::string& copy = copies_[use.version()];
   if (copy.empty()) {
-    copy = is_taken ? free_name(use.file, ending_of(use.file)) : use.file.filename().string();
+    copy = is_taken ? free_name(use.version(), ending_of(use.file)) : use.file.filename().string();
     opened_.files.emplace_back(copy, read_text(use.file));
   }
   use.mesh->set("filename", to_xml_value(copy));
@@ -201,7 +201,7 @@ bool UrdfMeshes::is_converted(const Use& use) {
 }
 
 const UrdfMeshes::Converted& UrdfMeshes::converted(const Use& use) {
-  if (const auto known = converted_.find(use.file); known != converted_.end()) return known->second;
+  if (const auto known = converted_.find(use.version()); known != converted_.end()) return known->second;
   const std::string ending = ending_of(use.file), bytes = read_text(use.file);
   MeshImportOptions options;
   options.up = up_axis(ending, bytes);
@@ -226,8 +226,8 @@ const UrdfMeshes::Converted& UrdfMeshes::converted(const Use& use) {
     mesh.texture_corners.clear();
   }
   const MeshPicture picture = picture_of(mesh);
-  Converted& result = converted_[use.file];
-  result.file = free_name(use.file, ".obj");
+  Converted& result = converted_[use.version()];
+  result.file = free_name(use.version(), ".obj");
   opened_.files.emplace_back(result.file, picture.obj);
   const std::string name = fs::path(result.file).stem().string();
   if (picture.skin.width > 0) {
@@ -240,14 +240,16 @@ const UrdfMeshes::Converted& UrdfMeshes::converted(const Use& use) {
   return result;
 }
 
-/// One that no other mesh has, without further dots: MuJoCo's names end at one.
-std::string UrdfMeshes::free_name(const fs::path& file, const std::string& ending) {
-  std::string stem = file.stem().string();
-  std::ranges::replace(stem, '.', '_');
-  for (int i = 1;; ++i) {
-    const std::string name =
-        stem + "_" + file.extension().string().substr(1) + (i == 1 ? "" : std::to_string(i));
-    if (names_.emplace(name, file).second) return name + ending;
+/// One that no other mesh has; a file that has its own name in another scale gets a number.
+std::string UrdfMeshes::free_name(const Version& version, const std::string& ending) {
+  const std::filesystem::path& file = version.first;
+  const auto own = names_.find(file.stem().string());
+  const bool is_scaled = own != names_.end() && own->second.first == file;
+  const std::string stem =
+      file.stem().string() + (is_scaled ? "" : "_" + file.extension().string().substr(1));
+  for (int i = is_scaled ? 1 : 0;; ++i) {
+    const std::string name = stem + (i == 0 ? "" : std::to_string(i));
+    if (names_.emplace(name, version).second) return name + ending;
   }
 }
 

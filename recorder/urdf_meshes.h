@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "recorder/urdf.h"
@@ -25,10 +26,12 @@ class UrdfMeshes {
   OpenedUrdf take();
 
  private:
+  using Version = std::pair<std::filesystem::path, std::string>;  ///< a file in one scale
   struct Use {
     XmlElement* mesh;
     XmlElement* shape;  ///< visual or collision, which has the mesh
     std::filesystem::path file;
+    Version version() const { return {file, mesh->get("scale")}; }
   };
   /// A mesh in the form that the simulator reads.
   struct Converted {
@@ -42,16 +45,16 @@ class UrdfMeshes {
   std::filesystem::path own_path(const XmlElement& mesh) const;
   bool is_converted(const Use& use);
   const Converted& converted(const Use& use);
-  std::string free_name(const std::filesystem::path& file, const std::string& ending);
+  std::string free_name(const Version& version, const std::string& ending);
 
   const SceneSource& urdf_;
   const std::function<void(const std::string&)>& note_;
   bool is_own_ = false, strips_ = false;
   std::filesystem::path own_folder_;
   std::vector<Use> uses_;
-  std::map<std::string, std::filesystem::path> names_;   ///< MuJoCo's names of meshes, and whose they are
-  std::map<std::filesystem::path, std::string> copies_;  ///< by file
-  std::map<std::filesystem::path, Converted> converted_;
+  std::map<std::string, Version> names_;   ///< MuJoCo's names of meshes, and whose they are
+  std::map<Version, std::string> copies_;  ///< files under another name
+  std::map<Version, Converted> converted_;
   OpenedUrdf opened_;
 };
 

@@ -34,6 +34,18 @@ TEST_F(SceneCommand, ABrokenSceneIsAWrongCallOfBothCommands) {
   }
 }
 
+TEST_F(SceneCommand, AKeyFrameThatIsNotThereIsAWrongCall) {
+  const std::string scene =
+      file("ball.xml",
+           "<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody><keyframe>"
+           "<key name='low' qpos='0 0 0 1 0 0 0'/><key qpos='0 0 1 1 0 0 0'/></keyframe></mujoco>");
+  const auto outcome = run_command({"serve", "--scene", scene, "--key", "high", "--port", "0"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(contains(outcome.err, "ball.xml: --key: there is no key frame 'high' in it (known: low, 1)"))
+      << outcome.err;
+  EXPECT_EQ(run_command({"serve", "--key", "low", "--port", "0"}).code, 2) << "a key frame of no scene";
+}
+
 TEST_F(SceneCommand, RecordingNeedsARobotAndAScript) {
   const std::string scene = file("ball.xml", "<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>");
   auto outcome = run_command({"record", "--scene", scene, "--script", "any.yaml"});

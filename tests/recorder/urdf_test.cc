@@ -178,6 +178,24 @@ TEST_F(Urdf, TwoFilesOfOneNameStayTwo) {
   }
 }
 
+TEST_F(Urdf, OneFileMayStandInManyScales) {
+  file("package/meshes/link.obj", kTetrahedron);
+  file("package/meshes/part.dae", collada({"1 0 0 1", "0 0 1 1"}, kMetres));
+  for (const auto& [mesh, side] : {std::pair{"link.obj", 0.1}, {"part.dae", 0.1}}) {
+    std::vector<std::string> shapes;
+    const std::vector<int> scales{1, 2, 3, 2, 3, 1};
+    for (const int scale : scales) {
+      const std::string k = std::to_string(scale);
+      shapes.push_back("<visual><geometry><mesh filename='../meshes/" + std::string(mesh) + "' scale='" + k +
+                       " " + k + " " + k + "'/></geometry></visual>");
+    }
+    const auto task = open(urdf(shapes));
+    ASSERT_EQ(task->model()->ngeom, 6);
+    for (int i = 0; i < 6; ++i)
+      EXPECT_NEAR(sides(task->model(), i).x(), side * scales[static_cast<std::size_t>(i)], 1e-6) << mesh << i;
+  }
+}
+
 TEST_F(Urdf, MeshesAreFoundByEveryKindOfName) {
   const std::string mesh = file("package/meshes/a part &1.obj", kTetrahedron);
   file("package/urdf/beside.obj", kTetrahedron);
