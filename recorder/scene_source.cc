@@ -146,7 +146,9 @@ SceneSource read_source(const fs::path& scene, const SharedText& shared) {
 
 std::string read_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::runtime_error(file.string() + ": can not be read");
+  std::error_code none;
+  if (!stream || fs::is_directory(file, none))
+    throw std::runtime_error(file.string() + ": can not be read" + (stream ? ": it is a folder" : ""));
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

@@ -166,9 +166,10 @@ RawScene read_mjcf(const SceneCall& call, SceneFiles& files) {
   return raw;
 }
 
-void check_seen(const SceneCall& call, const RawScene& raw) {
+void check_usable(const SceneCall& call, const RawScene& raw) {
   const mjModel* model = raw.model.get();
   const std::string file = call.scene.string();
+  if (!(model->opt.timestep > 0)) throw SceneError(file + ": <option> has a timestep that is not above 0");
   if (model->ngeom == 0) {
     std::string why = "it has no <geom>";
     if (raw.source.root.tag == "robot") {
@@ -193,7 +194,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   const ModelPtr table = files.compile(assets / "scenes" / "table.xml");
   const bool is_urdf = root_element(read_text(call.scene)) == "robot";
   const RawScene raw = is_urdf ? read_urdf(call, files) : read_mjcf(call, files);
-  check_seen(call, raw);
+  check_usable(call, raw);
   const std::string completed = completed_scene(raw.mjcf, raw.model.get(), table.get(), robot);
   ModelPtr model = files.compile({completed, {}}, raw.source);
   if (raw.model->nlight == 0) model->vis.headlight = table->vis.headlight;

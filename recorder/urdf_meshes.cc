@@ -152,7 +152,8 @@ void UrdfMeshes::check_all_there() const {
   for (const Use& use : uses_) {
     if (!use.file.empty()) continue;
     const std::string name = from_xml_value(use.mesh->get("filename"));
-    std::string text = urdf_.place(use.mesh->place) + ": the mesh " + name + " is not there";
+    std::string text = urdf_.place(use.mesh->place) +
+                       (name.empty() ? ": <mesh> names no file" : ": the mesh " + name + " is not there");
     if (name.find("://") != std::string::npos && !name.starts_with("file://"))
       text += " (looked for in " + fs::absolute(urdf_.folder()).lexically_normal().string() +
               " and every folder above)";

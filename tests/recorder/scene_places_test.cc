@@ -127,6 +127,11 @@ TEST_F(ScenePlaces, WhatWouldOpenEmptySaysWhy) {
   EXPECT_BEGINS(complaint({file("b.urdf", robot + "\n<mujoco/>"), "", ""}), at("b.urdf") + ":2: <mujoco> ");
   EXPECT_HAS(complaint({file("c.xml", "<mujoco><worldbody/></mujoco>"), "", ""}), "it has no <geom>");
   EXPECT_HAS(complaint({file("d.urdf", "<robot name='a'><link name='l'/></robot>"), "", ""}), "<visual>");
+  EXPECT_HAS(
+      complaint(
+          {file("h.xml", "<mujoco><option timestep='-1'/><worldbody><geom size='1'/></worldbody></mujoco>"),
+           "", ""}),
+      "timestep");
   EXPECT_BEGINS(complaint({file("g.sdf", "\n<sdf version='1.6'/>"), "", ""}),
                 at("g.sdf") + ":2: its first element is <sdf>");
   std::string drops = robot;
