@@ -10,10 +10,11 @@
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
-#include "recorder/motion/kinematics.h"
+#include "recorder/robot_check.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"
+#include "recorder/urdf_mimic.h"
 #include "recorder/world_robot.h"
 
 namespace flowscope {
@@ -40,7 +41,7 @@ class SceneTask : public Task {
     // A recorded frame is a whole number of physics steps.
     const double steps = std::ceil(frame_s / std::min(model_->opt.timestep, kLongestStep_s) - 1e-9);
     model_->opt.timestep = frame_s / steps;
-    if (!robot_.joints.empty()) Kinematics::from_model(model_.get(), robot_);
+    if (!robot_.joints.empty()) kinematics_of(model_.get(), robot_);
     WorldRobot(model_.get(), robot_);
   }
 
@@ -134,6 +135,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   const ModelPtr table = files.compile(assets / "scenes" / "table.xml");
   const std::string text = read_text(call.scene);
   ModelPtr raw;
+  std::vector<JointCoupling> mimics;
   if (root_element(text) == "robot") {
     std::string opened = text;
     try {
@@ -144,9 +146,16 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
     const auto place = call.scene.parent_path() / "flowscope-opened.urdf";
     files.add(place.filename().string(), opened);
     raw = files.compile(place);
+    mimics = read_mimics(text, call.scene);
+    if (!mimics.empty()) {
+      const auto coupled = call.scene.parent_path() / "flowscope-coupled.xml";
+      files.add(coupled.filename().string(), with_couplings(saved_xml(raw.get()), raw.get(), mimics));
+      raw = files.compile(coupled);
+    }
   } else {
     raw = files.compile(call.scene);
   }
+  check_robot(raw.get(), robot, Additions::to_come);
   const std::string completed = completed_scene(saved_xml(raw.get()), raw.get(), table.get(), robot);
   // Under a name beside the scene, so that its meshes are found.
   const auto place = call.scene.parent_path() / "flowscope-completed.xml";
@@ -155,6 +164,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   if (raw->nlight == 0) model->vis.headlight = table->vis.headlight;
   std::vector<double> start(model->qpos0, model->qpos0 + model->nq);
   if (raw->nkey > 0 && raw->nq == model->nq) start.assign(raw->key_qpos, raw->key_qpos + raw->nq);
+  follow(mimics, model.get(), start);
   return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
                                      std::move(robot), std::move(start),
                                      scene_origin(call, raw.get(), robot_file(call.robot, assets)));
