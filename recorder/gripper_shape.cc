@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "recorder/linkage_pose.h"
+#include "recorder/robot_ties.h"
 #include "render/mujoco_owners.h"
 
 namespace flowscope {
@@ -44,10 +46,12 @@ std::shared_ptr<const GripperShape> gripper_shape(const mjModel* model, const Ro
   const int tool = mj_name2id(model, mjOBJ_SITE, robot.tool.c_str());
   if (hand < 0 || tool < 0) return nullptr;
   std::vector<int> fingers;
+  std::vector<bool> named(static_cast<std::size_t>(model->njnt));
   for (const FingerDescription& finger : robot.fingers) {
     const int joint = mj_name2id(model, mjOBJ_JOINT, finger.joint.c_str());
     if (joint < 0) return nullptr;
     fingers.push_back(model->jnt_qposadr[joint]);
+    named[static_cast<std::size_t>(joint)] = true;
   }
   const std::vector<int> geoms = pieces_of(model, hand);
   if (geoms.empty()) return nullptr;
@@ -61,12 +65,15 @@ std::shared_ptr<const GripperShape> gripper_shape(const mjModel* model, const Ro
                             {}});
   }
   const DataPtr data(mj_makeData(model));
+  const JointTies ties(model);
   for (int step = 0; step <= kSteps; ++step) {
     for (std::size_t i = 0; i < fingers.size(); ++i) {
       const FingerDescription& finger = robot.fingers[i];
       data->qpos[fingers[i]] = finger.closed + (finger.open - finger.closed) * step / kSteps;
     }
-    mj_kinematics(model, data.get());
+    std::vector<bool> known = named;
+    ties.spread(known, data->qpos);
+    close_linkages(model, data.get(), hand, known);
     const Pose tool_from_world = pose(data->site_xpos + 3 * tool, data->site_xmat + 9 * tool).inverse();
     for (std::size_t i = 0; i < geoms.size(); ++i) {
       const Pose world_from_geom = pose(data->geom_xpos + 3 * geoms[i], data->geom_xmat + 9 * geoms[i]);

@@ -22,6 +22,12 @@ bool gripper_unchanged(const std::vector<Frame>& frames, int i) {
          frames[std::max(i - 2, 0)].gripper_open == open;
 }
 
+bool same_action(const Frame& a, const Frame& b) {
+  return position_error_m(a.world_from_tool, b.world_from_tool) < same_action_m &&
+         rotation_error_rad(a.world_from_tool, b.world_from_tool) < same_action_rad &&
+         a.gripper_open == b.gripper_open;
+}
+
 }  // namespace
 
 std::vector<int> find_keyframes(const std::vector<Frame>& frames) {
@@ -43,12 +49,22 @@ std::vector<int> find_keyframes(const std::vector<Frame>& frames) {
 
 std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames) {
   std::vector<int> keyframes = find_keyframes(frames);
+  for (std::size_t i = 1; i + 1 < keyframes.size();) {
+    const Frame& next = frames[keyframes[i + 1]];
+    const bool waits =
+        same_action(frames[keyframes[i - 1]], frames[keyframes[i]]) &&
+        next.gripper_open != frames[keyframes[i]].gripper_open &&
+        std::all_of(frames.begin() + keyframes[i - 1], frames.begin() + keyframes[i + 1], arm_still);
+    if (waits) {
+      keyframes.erase(keyframes.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
+    }
+  }
   if (keyframes.size() < 2) return keyframes;
-  const Frame& before = frames[keyframes[keyframes.size() - 2]];
-  const Frame& last = frames[keyframes.back()];
-  const bool same_pose = position_error_m(before.world_from_tool, last.world_from_tool) < same_action_m &&
-                         rotation_error_rad(before.world_from_tool, last.world_from_tool) < same_action_rad;
-  if (same_pose && before.gripper_open == last.gripper_open) keyframes.erase(keyframes.end() - 2);
+  if (same_action(frames[keyframes[keyframes.size() - 2]], frames[keyframes.back()])) {
+    keyframes.erase(keyframes.end() - 2);
+  }
   return keyframes;
 }
 

@@ -13,8 +13,9 @@ namespace flowscope {
 /// indices clamped at 0.
 std::vector<int> find_keyframes(const std::vector<Frame>& frames);
 
-/// The same, less one: when something fell into place after the hand had let go, the last frame only repeats
-/// the action before it, and there is nothing to learn from doing it twice.
+/// The same, less those that only repeat the action before them, from which there is nothing to learn: the
+/// one before the last frame when something fell into place after the hand had let go, and those where the
+/// arm waited for a slow gripper.
 std::vector<int> keyframes_to_learn(const std::vector<Frame>& frames);
 
 }  // namespace flowscope

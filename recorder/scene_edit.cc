@@ -43,6 +43,7 @@ class Editor {
       add_sites();
       add_actuators();
       add_welds();
+      part_base();
     }
     return to_text(root_);
   }
@@ -205,9 +206,12 @@ class Editor {
       found = true;
     });
     if (!found) throw std::runtime_error("the scene has no joint '" + joint + "'");
+    switch_off_others(joint);
     actuators.push_back({"general",
                          {{"name", actuator},
                           {"joint", joint},
+                          {"gear", "1 0 0 0 0 0"},
+                          {"dyntype", "none"},
                           {"gaintype", "fixed"},
                           {"gainprm", numbers({stiffness})},
                           {"biastype", "affine"},
@@ -215,6 +219,19 @@ class Editor {
                           {"ctrllimited", "false"},
                           {"forcelimited", "false"}},
                          {}});
+  }
+
+  /// Actuators that the scene has for a joint stay, so that its sensors find them, but do nothing.
+  void switch_off_others(const std::string& joint) {
+    for (auto& part : root_.children) {
+      if (part.tag != "actuator") continue;
+      for (auto& actuator : part.children) {
+        if (actuator.get("joint") != joint && actuator.get("jointinparent") != joint) continue;
+        actuator.set("gaintype", "fixed");
+        actuator.set("gainprm", "0");
+        actuator.set("biastype", "none");
+      }
+    }
   }
 
   void add_welds() {
@@ -242,6 +259,21 @@ class Editor {
     if (node.get("name") == robot_.hand) return true;
     return std::any_of(node.children.begin(), node.children.end(),
                        [this](const auto& child) { return child.tag == "body" && carries_hand(child); });
+  }
+
+  /// The engine lets neighbours overlap at their joint, but not where one of them is fixed to the world:
+  /// there an arm and its base would push each other for ever.
+  void part_base() {
+    const int joint = mj_name2id(scene_, mjOBJ_JOINT, robot_.joints.front().c_str());
+    if (joint < 0) return;
+    const int link = scene_->jnt_bodyid[joint], base = scene_->body_parentid[link];
+    const int signature = ((std::min(base, link) + 1) << 16) + std::max(base, link) + 1;
+    const int *known = scene_->exclude_signature, *end = known + scene_->nexclude;
+    if (base == 0 || std::find(known, end, signature) != end) return;
+    const char *link_name = mj_id2name(scene_, mjOBJ_BODY, link),
+               *base_name = mj_id2name(scene_, mjOBJ_BODY, base);
+    if (!link_name || !base_name || !*link_name || !*base_name) return;
+    section("contact").add({"exclude", {{"body1", base_name}, {"body2", link_name}}, {}});
   }
 
   XmlElement root_;

@@ -10,12 +10,13 @@
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
-#include "recorder/motion/kinematics.h"
+#include "recorder/robot_check.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"
 #include "recorder/scene_start.h"
 #include "recorder/urdf.h"
+#include "recorder/urdf_mimic.h"
 #include "recorder/world_robot.h"
 
 namespace flowscope {
@@ -42,7 +43,7 @@ class SceneTask : public Task {
     // A recorded frame is a whole number of physics steps.
     const double steps = std::ceil(frame_s / std::min(model_->opt.timestep, kLongestStep_s) - 1e-9);
     model_->opt.timestep = frame_s / steps;
-    if (!robot_.joints.empty()) Kinematics::from_model(model_.get(), robot_);
+    if (!robot_.joints.empty()) kinematics_of(model_.get(), robot_);
     WorldRobot(model_.get(), robot_);
   }
 
@@ -136,6 +137,7 @@ struct RawScene {
   ModelPtr model;
   std::string mjcf;
   SceneSource source;
+  std::vector<JointCoupling> mimics;
 };
 
 RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
@@ -149,8 +151,10 @@ RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
   }
   raw.model = files.compile(opened.text, raw.source);
   raw.mjcf = dressed_urdf(saved_xml(raw.model.get()), opened.skins);
-  // Its pictures are part of what it is.
-  if (!opened.skins.empty()) raw.model = files.compile({raw.mjcf, {}}, raw.source);
+  raw.mimics = read_mimics(read_text(call.scene), call.scene);
+  if (!raw.mimics.empty()) raw.mjcf = with_couplings(raw.mjcf, raw.model.get(), raw.mimics);
+  // Its pictures and couplings are part of what it is.
+  if (!opened.skins.empty() || !raw.mimics.empty()) raw.model = files.compile({raw.mjcf, {}}, raw.source);
   return raw;
 }
 
@@ -195,10 +199,12 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   const bool is_urdf = root_element(read_text(call.scene)) == "robot";
   const RawScene raw = is_urdf ? read_urdf(call, files) : read_mjcf(call, files);
   check_usable(call, raw);
+  check_robot(raw.model.get(), robot, Additions::to_come);
   const std::string completed = completed_scene(raw.mjcf, raw.model.get(), table.get(), robot);
   ModelPtr model = files.compile({completed, {}}, raw.source);
   if (raw.model->nlight == 0) model->vis.headlight = table->vis.headlight;
   StartState start = start_state(raw.model.get(), model.get(), call.key);
+  follow(raw.mimics, model.get(), start.qpos);
   return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
                                      std::move(robot), std::move(start),
                                      scene_origin(call, raw.model.get(), robot_file(call.robot, assets)));

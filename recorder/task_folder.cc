@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "recorder/robot_check.h"
 #include "recorder/scene_files.h"
 #include "recorder/success.h"
 #include "recorder/task_placement.h"
@@ -13,6 +14,11 @@
 namespace flowscope {
 namespace {
 
+Kinematics arm_of(const mjModel* model, const RobotDescription& robot) {
+  check_robot(model, robot, Additions::in_place);
+  return kinematics_of(model, robot);
+}
+
 class FolderTask : public Task {
  public:
   FolderTask(const std::filesystem::path& folder, const std::filesystem::path& assets)
@@ -21,7 +27,7 @@ class FolderTask : public Task {
         root_(reader_.parse(read_text(folder / "task.yaml"))),
         model_(SceneFiles(assets).compile(folder / "scene.xml")),
         robot_(find_robot(folder, assets)),
-        arm_(Kinematics::from_model(model_.get(), robot_)) {
+        arm_(arm_of(model_.get(), robot_)) {
     reader_.check_keys(root_, "task",
                        {"robot", "bounds", "keyframes", "published_keyframes", "variations", "draw",
                         "instructions", "colors", "placement", "success", "demonstration"});

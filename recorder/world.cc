@@ -17,7 +17,6 @@ namespace flowscope {
 namespace {
 
 constexpr int kSettleFrames = 10;
-constexpr double kOpenThreshold = 0.95;  ///< of the full opening
 
 /// Sum of the engine's counters that tell that this run means nothing any more.
 int trouble(const mjData* data) {
@@ -195,7 +194,7 @@ Frame World::frame() const {
   frame.q = robot.positions(data);
   frame.dq = robot.speeds(data);
   frame.openness = robot.openness(data);
-  frame.gripper_open = frame.openness > kOpenThreshold;
+  frame.gripper_open = frame.openness > fully_open;
   frame.world_from_tool = robot.world_from_tool(data);
   frame.state = state();
   return frame;

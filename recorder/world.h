@@ -16,6 +16,9 @@ struct mjData_;
 
 namespace flowscope {
 
+/// From this openness on a gripper counts as open (Frame::gripper_open).
+inline constexpr double fully_open = 0.95;
+
 /// A simulation that blew up (NaN, contact buffer full, engine error). The world has been rebuilt; the run is
 /// invalid.
 class SimulationFailed : public std::runtime_error {

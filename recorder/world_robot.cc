@@ -3,12 +3,19 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
+#include "recorder/linkage_pose.h"
+#include "recorder/robot_servo.h"
 #include "recorder/success_overlap.h"
 
 namespace flowscope {
 namespace {
+
+constexpr double kSlow_s = 0.04;  ///< a servo's time constant: a gripper's move takes 0.1 s
+constexpr double kRest = 0.05;    ///< of its way, per second
 
 int find(const mjModel* model, mjtObj type, const std::string& name) {
   const int id = mj_name2id(model, type, name.c_str());
@@ -18,18 +25,36 @@ int find(const mjModel* model, mjtObj type, const std::string& name) {
 
 }  // namespace
 
-WorldRobot::WorldRobot(const mjModel* model, const RobotDescription& robot) : squeeze_(robot.squeeze) {
+WorldRobot::WorldRobot(const mjModel* model, const RobotDescription& robot)
+    : model_(model), squeeze_(robot.squeeze) {
   if (robot.joints.empty()) return;
+  ties_.emplace(model);
+  driven_.resize(static_cast<std::size_t>(model->njnt));
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const int joint = find(model, mjOBJ_JOINT, robot.joints[i]), dof = model->jnt_dofadr[joint];
     joints_.push_back({model->jnt_qposadr[joint], dof, find(model, mjOBJ_ACTUATOR, robot.actuators[i]),
                        model->dof_damping[dof], robot.home[i]});
+    Joint& added = joints_.back();
+    const PositionServo servo = position_servo(model, added.actuator);
+    const bool limited = model->actuator_forcelimited[added.actuator];
+    const mjtNum* force = model->actuator_forcerange + 2 * added.actuator;
+    added.servo_stiffness = servo.stiffness;
+    added.servo_damping = servo.damping;
+    added.lowest_force = limited ? force[0] : -std::numeric_limits<double>::infinity();
+    added.highest_force = limited ? force[1] : std::numeric_limits<double>::infinity();
+    driven_[static_cast<std::size_t>(joint)] = true;
   }
   for (const auto& finger : robot.fingers) {
     const int joint = find(model, mjOBJ_JOINT, finger.joint);
     const int actuator = finger.actuator.empty() ? -1 : find(model, mjOBJ_ACTUATOR, finger.actuator);
-    fingers_.push_back(
-        {model->jnt_qposadr[joint], model->jnt_dofadr[joint], actuator, finger.open, finger.closed});
+    fingers_.push_back({model->jnt_qposadr[joint], model->jnt_dofadr[joint], actuator, finger.open,
+                        finger.closed, finger.command_open.has_value(),
+                        finger.command_open.value_or(finger.open),
+                        finger.command_closed.value_or(finger.closed)});
+    driven_[static_cast<std::size_t>(joint)] = true;
+    if (actuator < 0) continue;
+    const PositionServo servo = position_servo(model, actuator);
+    fingers_.back().slow = servo.damping > kSlow_s * servo.stiffness;
   }
   tool_site_ = find(model, mjOBJ_SITE, robot.tool);
   attach_site_ = find(model, mjOBJ_SITE, robot.attach);
@@ -44,8 +69,12 @@ void WorldRobot::go_home(mjData* data) const {
   for (const auto& joint : joints_) data->qpos[joint.qpos] = data->ctrl[joint.actuator] = joint.home;
   for (const auto& finger : fingers_) {
     data->qpos[finger.qpos] = finger.open;
-    if (finger.actuator >= 0) data->ctrl[finger.actuator] = finger.open;
+    if (finger.actuator >= 0) data->ctrl[finger.actuator] = finger.input_open;
   }
+  if (!ties_) return;
+  std::vector<bool> known = driven_;
+  ties_->spread(known, data->qpos);
+  close_linkages(model_, data, hand_, known);
 }
 
 std::array<double, 7> WorldRobot::joint_targets(const mjData* data) const {
@@ -59,7 +88,8 @@ double WorldRobot::openness_target(const mjData* data) const {
   for (const auto& finger : fingers_) {
     if (finger.actuator < 0) continue;
     const double input = data->ctrl[finger.actuator];
-    openness = std::clamp((input - finger.closed) / (finger.open - finger.closed), 0.0, 1.0);
+    openness =
+        std::clamp((input - finger.input_closed) / (finger.input_open - finger.input_closed), 0.0, 1.0);
   }
   return openness;
 }
@@ -72,14 +102,30 @@ void WorldRobot::drive(mjData* data, const std::array<double, 7>& target,
     // Gravity and Coriolis forces cancelled, and damping only against what the target does not ask for: the
     // arm then follows a moving target without lag.
     data->qfrc_applied[joint.dof] = data->qfrc_bias[joint.dof] + joint.damping * target_speed[i];
+    if (joint.servo_damping == 0) continue;
+    // The servo's own damping, likewise, as far as its force goes.
+    const double q = data->qpos[joint.qpos], speed = data->qvel[joint.dof];
+    data->qfrc_applied[joint.dof] +=
+        joint.servo_force(target[i], q, speed - target_speed[i]) - joint.servo_force(target[i], q, speed);
   }
   for (const auto& finger : fingers_) {
     data->qfrc_applied[finger.dof] = data->qfrc_bias[finger.dof];
     if (finger.actuator < 0) continue;
     double& input = data->ctrl[finger.actuator];
     // What is held is welded; closing further would only press it out of its place.
-    input = holding ? finger.wider(finger.at(openness), input) : finger.at(openness);
+    input = holding ? finger.wider(finger.input(openness), input) : finger.input(openness);
+    if (holding && finger.slow && finger.rests(data->qvel[finger.dof])) {
+      input = finger.wider(input, finger.pressing(data->qpos[finger.qpos], squeeze_));
+    }
   }
+}
+
+double WorldRobot::Joint::servo_force(double target, double q, double speed) const {
+  return std::clamp(servo_stiffness * (target - q) - servo_damping * speed, lowest_force, highest_force);
+}
+
+bool WorldRobot::Finger::rests(double q_speed) const {
+  return std::abs(q_speed) < kRest * std::abs(open - closed);
 }
 
 std::array<double, 7> WorldRobot::positions(const mjData* data) const {
@@ -134,8 +180,9 @@ bool WorldRobot::grasp(mjModel* model, mjData* data) const {
   if (taken) {
     for (const auto& finger : fingers_) {
       if (finger.actuator < 0) continue;
-      const double pressed = data->qpos[finger.qpos] - (finger.open > finger.closed ? squeeze_ : -squeeze_);
-      data->ctrl[finger.actuator] = finger.wider(finger.closed, pressed);
+      // A slow one has still to arrive at what it closes on (see drive).
+      if (finger.slow && !finger.rests(data->qvel[finger.dof])) continue;
+      data->ctrl[finger.actuator] = finger.pressing(data->qpos[finger.qpos], squeeze_);
     }
   }
   return taken;

@@ -2,18 +2,20 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "recorder/demo.h"
 #include "recorder/robot.h"
+#include "recorder/robot_ties.h"
 
 struct mjModel_;
 struct mjData_;
 
 namespace flowscope {
 
-/// Holds indices only; the caller owns model and data. Without a robot (an empty description) nothing is
+/// The caller owns model and data; the model outlives this. Without a robot (an empty description) nothing is
 /// driven and the tool is the world's origin. Arrays of joints: those that the arm has not stay 0.
 class WorldRobot {
  public:
@@ -46,17 +48,33 @@ class WorldRobot {
   struct Joint {
     int qpos = 0, dof = 0, actuator = 0;
     double damping = 0, home = 0;
+    double servo_stiffness = 0, servo_damping = 0;  ///< of its actuator
+    double lowest_force = 0, highest_force = 0;
+    double servo_force(double target, double q, double speed) const;
   };
   struct Finger {
     int qpos = 0, dof = 0, actuator = -1;  ///< actuator -1: an equality moves it
-    double open = 0, closed = 0;
-    double at(double openness) const { return closed + openness * (open - closed); }
-    /// The wider of two values.
-    double wider(double a, double b) const { return (a < b) == (closed < open) ? b : a; }
+    double open = 0, closed = 0;           ///< of the joint
+    bool own_units = false;                ///< the actuator's inputs are no values of the joint
+    double input_open = 0, input_closed = 0;
+    bool slow = false;  ///< longer on its way than a gripper's move takes
+    double input(double openness) const { return input_closed + openness * (input_open - input_closed); }
+    /// Of a joint's value.
+    double input_at(double q) const { return own_units ? input((q - closed) / (open - closed)) : q; }
+    /// That which opens more of two inputs.
+    double wider(double a, double b) const { return (a < b) == (input_closed < input_open) ? b : a; }
+    /// What presses on a thing at which it stands.
+    double pressing(double q, double squeeze) const {
+      return wider(input_closed, input_at(q - (open > closed ? squeeze : -squeeze)));
+    }
+    bool rests(double q_speed) const;
   };
   std::vector<Joint> joints_;
   std::vector<Finger> fingers_;
   std::vector<Grasp> grasps_;
+  const mjModel_* model_;
+  std::optional<JointTies> ties_;  ///< what follows arm and fingers
+  std::vector<bool> driven_;       ///< joints that the description names
   double squeeze_ = 0;
   int tool_site_ = -1, attach_site_ = -1, hand_ = -1;
 };

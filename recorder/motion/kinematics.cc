@@ -77,14 +77,21 @@ ArmIndices find_arm(const mjModel* model, const RobotDescription& robot) {
 
 namespace {
 
-JointLimits limits_of(const mjModel* model, const ArmIndices& arm) {
+/// Where the joints may go and the actuators' inputs let them.
+JointLimits limits_of(const mjModel* model, const ArmIndices& arm, const RobotDescription& robot) {
   JointLimits limits;
   limits.joints = arm.joints;
+  const bool clamped = !(model->opt.disableflags & mjDSBL_CLAMPCTRL);
   for (std::size_t i = 0; i < arm.joints; ++i) {
     const mjtNum* range = model->jnt_range + 2 * arm.joint[i];
     const bool limited = model->jnt_limited[arm.joint[i]];
     limits.lower[i] = limited ? range[0] : -std::numbers::pi;
     limits.upper[i] = limited ? range[1] : std::numbers::pi;
+    const int actuator =
+        i < robot.actuators.size() ? mj_name2id(model, mjOBJ_ACTUATOR, robot.actuators[i].c_str()) : -1;
+    if (actuator < 0 || !clamped || !model->actuator_ctrllimited[actuator]) continue;
+    limits.lower[i] = std::max(limits.lower[i], model->actuator_ctrlrange[2 * actuator]);
+    limits.upper[i] = std::min(limits.upper[i], model->actuator_ctrlrange[2 * actuator + 1]);
   }
   return limits;
 }
@@ -127,7 +134,7 @@ Kinematics::Kinematics(NumericArm arm)
 Kinematics Kinematics::from_model(const mjModel* model, const RobotDescription& robot) {
   const ArmIndices arm = find_arm(model, robot);
   const DataPtr data(mj_makeData(model));
-  const JointLimits limits = limits_of(model, arm);
+  const JointLimits limits = limits_of(model, arm, robot);
   set_joints(data.get(), arm, {});
   mj_kinematics(model, data.get());
   const bool panda = robot.inverse_kinematics == InverseKinematics::panda;

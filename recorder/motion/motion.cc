@@ -13,6 +13,8 @@ constexpr int kSettleFrames = 6;      ///< at most, after the last target
 constexpr double kStill_rad_s = 0.1;  ///< the keyframe rule's bound
 constexpr double kReached_m = 0.005, kReached_rad = 2 * std::numbers::pi / 180;
 constexpr int kGripperFrames = 2;  ///< a gripper move must not look like a stop of its own
+constexpr int kSlowestGripperFrames = 40;
+constexpr double kStuck = 0.002;  ///< opens by less in a frame
 
 /// One motion in progress: sends frames on and knows when to end.
 class Run {
@@ -106,6 +108,13 @@ MotionResult move_gripper(World& world, double openness, const FrameSink& sink, 
       if (!run.advance(q, std::lerp(before, openness, share))) {
         return ended(run);
       }
+    }
+    // A slow gripper must have let go before the arm leaves, or its opening would be recorded somewhere else.
+    const bool wide = openness > fully_open;
+    for (int i = 0; opening && wide && !run.frame()->gripper_open && i < kSlowestGripperFrames; ++i) {
+      const double before_it = run.frame()->openness;
+      if (!run.advance(q, openness)) return ended(run);
+      if (run.frame()->openness < before_it + kStuck) break;
     }
     if (closing) world.grasp();
     return {};

@@ -7,29 +7,11 @@
 #include "recorder/motion/motion.h"
 #include "recorder/task.h"
 #include "recorder/world.h"
+#include "tests/support/ghost_distance.h"
 #include "tests/support/small_scene.h"
 
 namespace flowscope {
 namespace {
-
-/// Largest distance, metres, from a part of the ghost to the nearest geom of its kind and size in the world.
-double apart(const World& world, const GripperShape& shape) {
-  const mjModel* model = world.model();
-  const Pose world_from_tool = world.world_from("tool");
-  double largest = 0;
-  for (const GripperShape::Part& part : shape.parts) {
-    const Pose ghost = world_from_tool * tool_from_part(part, world.frame().openness);
-    double nearest = 1;
-    for (int geom = 0; geom < model->ngeom; ++geom) {
-      const Eigen::Map<const Eigen::Vector3d> size(model->geom_size + 3 * geom);
-      if (model->geom_type[geom] != part.type || size != part.half_size) continue;
-      const Eigen::Map<const Eigen::Vector3d> position(world.data()->geom_xpos + 3 * geom);
-      nearest = std::min(nearest, (position - ghost.position).norm());
-    }
-    largest = std::max(largest, nearest);
-  }
-  return largest;
-}
 
 class GripperShapeOf : public ::testing::TestWithParam<const char*> {};
 
@@ -40,12 +22,12 @@ TEST_P(GripperShapeOf, LiesWhereTheHandIsHoweverFarItIsOpen) {
   ASSERT_NE(shape, nullptr);
   EXPECT_GT(shape->parts.size(), 3u);
   World world(task);
-  EXPECT_LT(apart(world, *shape), 0.003) << "open";
+  EXPECT_LT(testing::apart(world, *shape), 0.003) << "open";
   for (const double openness : {0.55, 0.0}) {
     ASSERT_TRUE(move_gripper(world, openness, {}));
     const auto q = world.joint_targets();
     for (int i = 0; i < 10; ++i) world.advance(q, openness);
-    EXPECT_LT(apart(world, *shape), 0.003) << openness;
+    EXPECT_LT(testing::apart(world, *shape), 0.003) << openness;
   }
 }
 INSTANTIATE_TEST_SUITE_P(Robots, GripperShapeOf, ::testing::Values("put_fruit_in_bowl", "push_buttons"));

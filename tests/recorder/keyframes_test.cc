@@ -89,5 +89,14 @@ TEST(Keyframes, IndicesBeforeTheStartAreClamped) {
   EXPECT_EQ(keyframes_of("msmmmmMMMM"), Indices({1, 6, 9}));
 }
 
+TEST(Keyframes, WaitingForASlowGripperIsNoActionToLearn) {
+  auto frames = frames_of("MMMMSSSSSSSSsmmmmmm");
+  frames.back().world_from_tool.position.x() = 0.1;
+  EXPECT_EQ(find_keyframes(frames), Indices({4, 9, 12, 18}));
+  EXPECT_EQ(keyframes_to_learn(frames), Indices({4, 12, 18}));
+  frames[6].dq[0] = 0.5;  // there and back
+  EXPECT_EQ(keyframes_to_learn(frames), find_keyframes(frames));
+}
+
 }  // namespace
 }  // namespace flowscope

@@ -181,7 +181,9 @@ TEST_F(Scene, ADescriptionThatDoesNotFitIsNamed) {
   text = kArm;
   text.replace(text.find("body: tcp"), 9, "body: tip");
   const std::string said = complaint({urdf, file("b.yaml", text), ""});
-  EXPECT_NE(said.find("no body 'tip' (known: "), std::string::npos) << said;
+  EXPECT_NE(said.find("b.yaml:4:7: the scene has no body 'tip'; did you mean tcp? (known: "),
+            std::string::npos)
+      << said;
   text = kArm;
   text.replace(text.find("hand: l6"), 8, "hands: l6");
   EXPECT_NE(complaint({urdf, file("c.yaml", text), ""}).find("c.yaml:6:"), std::string::npos);
