@@ -3,8 +3,6 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -42,18 +40,9 @@ std::vector<std::uint8_t> JpegEncoder::encode(const ImageRgb& image, int quality
   return out;
 }
 
-std::vector<std::uint8_t> encode_png(const ImageRgb& image) {
-  check(image);
-  const cv::Mat rgb(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.data.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  std::vector<std::uint8_t> out;
-  if (!cv::imencode(".png", bgr, out)) throw std::runtime_error("PNG: OpenCV could not encode the picture");
-  return out;
-}
-
-void write_png(const std::filesystem::path& path, const ImageRgb& image) {
-  const std::vector<std::uint8_t> bytes = encode_png(image);
+void write_png(const std::filesystem::path& path, const ImageRgb& image,
+               const std::function<void()>& between) {
+  const std::vector<std::uint8_t> bytes = encode_png(image, between);
   NewFile file(path);
   file.write(bytes);
   file.commit();

@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -39,11 +40,20 @@ class Descriptor {
   int fd_;
 };
 
+constexpr int patience_ms = 20;  ///< between two looks whether somebody asked to stop
+
+void stop_if_asked(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw std::runtime_error("MP4: stopped");
+}
+
 /// The ffmpeg program, fed through its standard input. A socket instead of a pipe: its death is an error code
 /// here, not a signal.
 class Ffmpeg {
  public:
-  explicit Ffmpeg(std::vector<std::string> arguments) : Ffmpeg(std::move(arguments), open_sockets()) {}
+  Ffmpeg(std::vector<std::string> arguments, std::stop_token stop)
+      : Ffmpeg(std::move(arguments), open_sockets()) {
+    stop_ = std::move(stop);
+  }
   ~Ffmpeg() {
     if (pid_ <= 0) return;
     ::kill(pid_, SIGKILL);
@@ -56,7 +66,14 @@ class Ffmpeg {
   bool send(const std::vector<std::uint8_t>& bytes) {
     std::size_t done = 0;
     while (done < bytes.size()) {
-      const ssize_t count = ::send(input_.get(), bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
+      stop_if_asked(stop_);
+      const ssize_t count =
+          ::send(input_.get(), bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+        pollfd room{input_.get(), POLLOUT, 0};
+        ::poll(&room, 1, patience_ms);
+        continue;
+      }
       if (count < 0 && errno == EINTR) continue;
       if (count < 0) return false;
       done += static_cast<std::size_t>(count);
@@ -69,7 +86,11 @@ class Ffmpeg {
     input_.close();
     if (pid_ <= 0) return false;
     int status = 0;
-    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    for (pid_t ended = 0; ended != pid_;) {
+      stop_if_asked(stop_);
+      ended = ::waitpid(pid_, &status, WNOHANG);
+      if (ended < 0 && errno != EINTR) return pid_ = -1, false;
+      if (ended == 0) ::poll(nullptr, 0, patience_ms);
     }
     pid_ = -1;
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
@@ -115,6 +136,7 @@ class Ffmpeg {
 
   Descriptor input_, errors_;
   pid_t pid_ = -1;
+  std::stop_token stop_;
 };
 
 int even(int n) { return n + n % 2; }
@@ -175,8 +197,11 @@ ImageRgb padded(const ImageRgb& image) {
 }  // namespace
 
 struct Mp4Writer::Impl {
-  Impl(const std::filesystem::path& path, int w, int h, double fps)
-      : width(w), height(h), file(path), ffmpeg(arguments(even(w), even(h), fps, file.temporary())) {}
+  Impl(const std::filesystem::path& path, int w, int h, double fps, std::stop_token stop)
+      : width(w),
+        height(h),
+        file(path),
+        ffmpeg(arguments(even(w), even(h), fps, file.temporary()), std::move(stop)) {}
 
   [[noreturn]] void fail() {
     throw std::runtime_error("MP4: ffmpeg could not write " + file.target().string() + ": " +
@@ -189,11 +214,12 @@ struct Mp4Writer::Impl {
   Ffmpeg ffmpeg;  // dies before its file is removed
 };
 
-Mp4Writer::Mp4Writer(const std::filesystem::path& path, int width, int height, double fps) {
+Mp4Writer::Mp4Writer(const std::filesystem::path& path, int width, int height, double fps,
+                     std::stop_token stop) {
   if (width <= 0 || height <= 0 || width > 8192 || height > 8192 || !(fps >= 0.1 && fps <= 240)) {
     throw std::invalid_argument("MP4: needs 1 to 8192 pixels a side and 0.1 to 240 frames per second");
   }
-  impl_ = std::make_unique<Impl>(path, width, height, fps);
+  impl_ = std::make_unique<Impl>(path, width, height, fps, std::move(stop));
 }
 
 Mp4Writer::~Mp4Writer() = default;

@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "render/egl_context.h"
 #include "render/gripper_shape.h"
@@ -70,6 +71,37 @@ void check_camera(const CameraModel& camera, const RendererOptions& options) {
   }
 }
 
+/// A piece of a picture and the camera that sees just that.
+struct Part {
+  int x = 0, y = 0;
+  CameraModel camera;
+};
+
+std::vector<Part> parts_of(const CameraModel& whole, int side) {
+  if (side <= 0) return {{0, 0, whole}};
+  std::vector<Part> parts;
+  for (int y = 0; y < whole.height; y += side) {
+    for (int x = 0; x < whole.width; x += side) {
+      Part part{x, y, whole};
+      part.camera.width = std::min(side, whole.width - x);
+      part.camera.height = std::min(side, whole.height - y);
+      part.camera.cx -= x;
+      part.camera.cy -= y;
+      parts.push_back(std::move(part));
+    }
+  }
+  return parts;
+}
+
+void place(const ImageRgb& piece, const Part& part, ImageRgb& picture) {
+  for (int y = 0; y < piece.height; ++y)
+    std::copy_n(piece.at(0, y), 3 * piece.width, picture.at(part.x, part.y + y));
+}
+
+int buffer_side(const RendererOptions& options, int picture_side) {
+  return options.part > 0 ? std::min(options.part, picture_side) : picture_side;
+}
+
 /// GL rows run bottom to top.
 template <typename T>
 void flip_rows(std::vector<T>& data, int height) {
@@ -90,11 +122,11 @@ void to_metres(std::vector<float>& depth, const CameraModel& camera) {
 
 /// Off-screen buffer and quality are read from the model when MuJoCo's GL context is made.
 void set_quality(mjModel* model, const RendererOptions& options) {
-  if (options.max_width <= 0 || options.max_height <= 0 || options.samples < 0) {
+  if (options.max_width <= 0 || options.max_height <= 0 || options.samples < 0 || options.part < 0) {
     throw std::invalid_argument("renderer: needs positive sizes and samples >= 0");
   }
-  model->vis.global.offwidth = options.max_width;
-  model->vis.global.offheight = options.max_height;
+  model->vis.global.offwidth = buffer_side(options, options.max_width);
+  model->vis.global.offheight = buffer_side(options, options.max_height);
   model->vis.quality.offsamples = options.samples;
   model->vis.quality.shadowsize = options.shadows ? 1024 : 0;
 }
@@ -110,10 +142,11 @@ struct Renderer::Impl {
         drawing(posed.model()) {
     mjr_setBuffer(mjFB_OFFSCREEN, &drawing.context);
     const mjrRect size = mjr_maxViewport(&drawing.context);
-    if (drawing.context.currentBuffer != mjFB_OFFSCREEN || size.width < options.max_width ||
-        size.height < options.max_height) {
+    const int width = buffer_side(options, options.max_width),
+              height = buffer_side(options, options.max_height);
+    if (drawing.context.currentBuffer != mjFB_OFFSCREEN || size.width < width || size.height < height) {
       throw std::runtime_error("renderer: the GL driver offers no off-screen buffer of " +
-                               std::to_string(options.max_width) + "x" + std::to_string(options.max_height));
+                               std::to_string(width) + "x" + std::to_string(height));
     }
     visual.scene.flags[mjRND_SHADOW] = options.shadows;
     std::fill(std::begin(solids.scene.flags), std::end(solids.scene.flags), mjtByte{0});
@@ -138,7 +171,7 @@ struct Renderer::Impl {
     check_camera(camera, options);
     egl.make_current();
     posed.apply(state);
-    visual.scene.camera[0] = visual.scene.camera[1] = gl_camera(camera);
+    look_through(camera);
     mjvCamera user;
     mjv_defaultCamera(&user);
     user.type = mjCAMERA_USER;
@@ -148,7 +181,12 @@ struct Renderer::Impl {
                     mjCAT_STATIC | mjCAT_DYNAMIC, &visual.scene);
   }
 
+  void look_through(const CameraModel& camera) {
+    visual.scene.camera[0] = visual.scene.camera[1] = gl_camera(camera);
+  }
+
   View read(const CameraModel& camera, mjvScene& scene) {
+    if (options.before_part) options.before_part();
     const mjrRect viewport{0, 0, camera.width, camera.height};
     mjr_render(viewport, &scene, &drawing.context);
     View view{camera, ImageRgb(camera.width, camera.height), DepthImage(camera.width, camera.height)};
@@ -197,16 +235,23 @@ Renderer::~Renderer() {
 
 ImageRgb Renderer::draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay) {
   impl_->arrange(state, camera);
-  View view = impl_->read(camera, impl_->visual.scene);
-  paint_spheres(overlay, view);
-  paint_boxes(overlay, view);
-  paint_points(overlay, view);
-  impl_->paint_solids(overlay, view);
-  paint_labels(overlay, view);
-  return std::move(view.rgb);
+  View picture{camera, ImageRgb(camera.width, camera.height), {}};
+  for (const Part& part : parts_of(camera, impl_->options.part)) {
+    impl_->look_through(part.camera);
+    View view = impl_->read(part.camera, impl_->visual.scene);
+    paint_spheres(overlay, view);
+    paint_boxes(overlay, view);
+    paint_points(overlay, view);
+    impl_->paint_solids(overlay, view);
+    place(view.rgb, part, picture.rgb);
+  }
+  paint_labels(overlay, picture);
+  return std::move(picture.rgb);
 }
 
 View Renderer::observe(const SceneState& state, const CameraModel& camera) {
+  if (const int side = impl_->options.part; side > 0 && (camera.width > side || camera.height > side))
+    throw std::invalid_argument("camera '" + camera.name + "': larger than one part of the renderer");
   impl_->arrange(state, camera);
   return impl_->read(camera, impl_->visual.scene);
 }

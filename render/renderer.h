@@ -1,6 +1,7 @@
 // Off-screen pictures of a scene state.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -19,6 +20,10 @@ struct RendererOptions {
   int samples = 0;                                ///< multisampling; 0 is two times faster on software GL
   bool shadows = true;                            ///< one 1024 shadow map
   std::shared_ptr<const GripperShape> gripper{};  ///< what ghosts look like; null: two plain fingers
+  /// > 0: draw() makes pictures in squares of this side, pixels, and the buffer is no larger than one.
+  int part = 0;
+  /// Called before every part and layer of a picture; what it throws ends the drawing.
+  std::function<void()> before_part{};
 };
 
 /// Which EGL device was taken and who draws; throws std::runtime_error with what was tried when none works.
@@ -41,7 +46,7 @@ class Renderer {
 
   /// Picture of `state` through `camera` (its width and height decide the size), overlay drawn in 3-D.
   ImageRgb draw(const SceneState& state, const CameraModel& camera, const Overlay& overlay = {});
-  /// RGB and metric depth without overlays: what a policy sees.
+  /// RGB and metric depth without overlays: what a policy sees; no larger than one part.
   View observe(const SceneState& state, const CameraModel& camera);
   /// A camera of the scene file by name, at the pose it has in `state` (a wrist camera moves), at a given
   /// size.

@@ -81,6 +81,21 @@ TEST(Encode, PngIsLossless) {
   EXPECT_EQ(files_in(folder.path() / "figures"), 1u);
 }
 
+TEST(Encode, PngOfManySizesIsLosslessAndCanBeGivenUp) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {2, 33}, {640, 1}, {5, 64}, {1024, 769}}) {
+    const ImageRgb image = gradient(width, height, 7);
+    EXPECT_EQ(decode(encode_png(image)), image) << width << "x" << height;
+  }
+  const TemporaryFolder folder;
+  int calls = 0;
+  const auto give_up = [&] {
+    if (++calls == 3) throw std::runtime_error("enough");
+  };
+  EXPECT_THROW(write_png(folder.path() / "a.png", gradient(64, 2000, 0), give_up), std::runtime_error);
+  EXPECT_EQ(calls, 3);
+  EXPECT_EQ(files_in(folder.path()), 0u);
+}
+
 TEST(Encode, RefusesTornPictures) {
   ImageRgb torn(8, 8);
   torn.data.pop_back();
@@ -95,6 +110,22 @@ TEST(Encode, UnwritablePlacesAreNamed) {
   } catch (const std::exception& e) {
     EXPECT_NE(std::string(e.what()).find("/proc/flowscope"), std::string::npos) << e.what();
   }
+}
+
+TEST(Mp4, StopsWhileTheEncoderIsBusyAndLeavesNothing) {
+  const TemporaryFolder folder;
+  for (const bool at_the_end : {false, true}) {
+    std::stop_source stop;
+    Mp4Writer writer(folder.path() / "a.mp4", 1920, 1080, 20, stop.get_token());
+    const ImageRgb frame = gradient(1920, 1080, 90);
+    for (int i = 0; i < 30; ++i) writer.add(frame);
+    stop.request_stop();
+    if (at_the_end)
+      EXPECT_THROW(writer.finish(), std::runtime_error);
+    else
+      EXPECT_THROW(writer.add(frame), std::runtime_error);
+  }
+  EXPECT_EQ(files_in(folder.path()), 0u);
 }
 
 TEST(Mp4, PlaysAnywhere) {

@@ -207,6 +207,43 @@ TEST(Renderer, SeveralOnOneThreadDoNotDisturbEachOther) {
   EXPECT_EQ(first.draw(state, camera), alone);
 }
 
+TEST(Renderer, PartsMakeTheSamePictureInASmallerBufferAndCanBeGivenUp) {
+  const auto model = compile(table_scene);
+  const SceneState state = initial_state(model.get(), "table");
+  Overlay overlay;
+  overlay.spheres.push_back({{0, 0, 0.6}, 0.5, {0.2f, 0.4f, 1, 0.3f}});
+  overlay.labels.push_back({{0.1, 0.1, 0.8}, "half-way"});
+  OverlayPoints points;
+  for (int i = 0; i < 400; ++i) points.points.emplace_back(0.05 * (i % 20) - 0.5, 0.05 * (i / 20) - 0.5, 0.9);
+  points.size_m = 0.02;
+  points.color = palette::inside;
+  overlay.points.push_back(points);
+  overlay.frames.push_back({Pose{}, 0.3});
+  RendererOptions whole{301, 203, 4, true}, parts = whole;
+  parts.part = 64;
+  int calls = 0;
+  parts.before_part = [&] { ++calls; };
+  CameraModel camera = overhead(301, 203, 2.5);
+  const ImageRgb expected = Renderer(model.get(), "table", whole).draw(state, camera, overlay);
+  Renderer in_parts(model.get(), "table", parts);
+  const ImageRgb seen = in_parts.draw(state, camera, overlay);
+  EXPECT_GE(calls, 5 * 4);
+  int different = 0;
+  for (std::size_t i = 0; i < seen.data.size(); ++i)
+    different += std::abs(seen.data[i] - expected.data[i]) > 8;
+  EXPECT_LT(different, static_cast<int>(seen.data.size() / 500)) << "a few edges may round otherwise";
+  EXPECT_THROW(in_parts.observe(state, camera), std::invalid_argument);
+
+  RendererOptions given_up = parts;
+  given_up.before_part = [&] {
+    if (++calls > 0) throw std::runtime_error("enough");
+  };
+  calls = -3;
+  Renderer stopped(model.get(), "table", given_up);
+  EXPECT_THROW(stopped.draw(state, camera, overlay), std::runtime_error);
+  EXPECT_EQ(calls, 1);
+}
+
 TEST(Renderer, BelongsToTheThreadThatMadeIt) {
   const auto model = compile(table_scene);
   Renderer renderer(model.get(), "table", small());
