@@ -2,7 +2,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -66,8 +68,35 @@ nlohmann::ordered_json as_json(const ObjectReport& report, const std::string& na
           {"parts", report.parts},
           {"volume_m3", report.volume},
           {"parts_volume_m3", report.parts_volume},
+          {"excess", report.closed ? nlohmann::ordered_json(report.excess()) : nullptr},
           {"mass_kg", report.mass_kg},
           {"center_of_mass_m", vector(report.center_of_mass)}};
+}
+
+constexpr int kMost_parts = 64;
+constexpr double kTold_excess = 0.05;
+
+/// What the parts fill in that the mesh leaves open; nothing when that is little.
+std::string filled_in(const ObjectReport& report, const ImportCall& call) {
+  if (!report.closed || report.excess() <= kTold_excess) return {};
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "holes are filled: its convex parts have %.0f %% more volume than the mesh",
+                100 * report.excess());
+  const int tried = call.parts.most_parts;
+  if (tried >= kMost_parts) return std::string(text) + ", and more parts than --parts 64 there can not be";
+  return std::string(text) + "; try --parts " + std::to_string(std::min(kMost_parts, 2 * tried));
+}
+
+/// Tells how far the cutting is, every two seconds: a line for people on stderr.
+std::function<void(int, int)> told_progress(const std::string& name) {
+  using Clock = std::chrono::steady_clock;
+  return [name, told = Clock::now()](int done, int of) mutable {
+    if (Clock::now() - told < std::chrono::seconds(2)) return;
+    told = Clock::now();
+    std::fprintf(stderr, "flowscope: cutting %s into convex parts: %d of at most %d cuts\n", name.c_str(),
+                 done, of);
+  };
 }
 
 int import(const ImportCall& call, bool json) {
@@ -76,6 +105,7 @@ int import(const ImportCall& call, bool json) {
   options.mass_kg = call.mass;
   options.density = call.density;
   options.parts = call.parts;
+  options.parts.progress = told_progress(options.name);
   ObjectReport report;
   std::vector<std::string> left_out;
   try {
@@ -86,9 +116,12 @@ int import(const ImportCall& call, bool json) {
     throw UsageError(std::string("--name, --out: ") + error.what());
   }
   for (const auto& what : left_out) std::fprintf(stderr, "flowscope: left out: %s\n", what.c_str());
+  const std::string filled = filled_in(report, call);
+  if (!filled.empty()) std::fprintf(stderr, "flowscope: %s: %s\n", report.file.c_str(), filled.c_str());
   if (json) {
     auto document = as_json(report, options.name);
     document["left_out"] = left_out;
+    if (!filled.empty()) document["filled_in"] = filled;
     print_json(document);
     return 0;
   }
@@ -139,7 +172,7 @@ void add_scene_command(CLI::App& root, Context& context) {
       ->check(CLI::PositiveNumber)
       ->excludes(density);
   add->add_option("--parts", call->parts.most_parts, "At most so many convex parts")
-      ->check(CLI::Range(1, 64))
+      ->check(CLI::Range(1, kMost_parts))
       ->capture_default_str();
   add_json_option(*add, context);
   set_body(*add, context, [call, &context] { return import(*call, context.json); });

@@ -96,7 +96,12 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points) {
 }
 
 double hull_volume(const std::vector<Vector3d>& points) {
-  return mass_properties(convex_hull(points)).volume;
+  if (!has_volume(points)) return 0;
+  QhullRun run(points);
+  if (!run.ok()) return 0;
+  qh_getarea(run.qh(), run.qh()->facet_list);
+  const double size = extent_of(points).size().norm();
+  return run.qh()->totvol > kFlat * size * size * size ? run.qh()->totvol : 0;
 }
 
 TriangleMesh simple_hull(const std::vector<Vector3d>& points, int most) {

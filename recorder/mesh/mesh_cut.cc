@@ -13,12 +13,8 @@ using Edge = std::pair<int, int>;
 
 class Cut {
  public:
-  Cut(const CutMesh& part, const Plane& plane) : part_(part), mesh_(part.mesh), plane_(plane) {
-    const double snap = 1e-9 * std::max(1e-12, extent_of(mesh_.vertices).size().norm());
-    for (const Vector3d& v : mesh_.vertices) {
-      const double height = plane.normal.dot(v) - plane.offset;
-      height_.push_back(std::abs(height) < snap ? 0 : height);
-    }
+  Cut(const CutMesh& part, const Plane& plane)
+      : part_(part), mesh_(part.mesh), plane_(plane), height_(heights(part.mesh, plane)) {
     kept_.assign(mesh_.vertices.size(), -1);
   }
 
@@ -28,6 +24,10 @@ class Cut {
       clip(mesh_.triangles[i]);
     }
     if (closed) close();
+    out_.is_guess.assign(out_.mesh.vertices.size(), true);
+    for (std::size_t i = 0; i < out_.mesh.triangles.size(); ++i)
+      if (!out_.is_lid[i])
+        for (const int v : out_.mesh.triangles[i]) out_.is_guess[static_cast<std::size_t>(v)] = false;
     return std::move(out_);
   }
 
@@ -35,17 +35,14 @@ class Cut {
   double height(int v) const { return height_[static_cast<std::size_t>(v)]; }
   const Vector3d& at(int v) const { return mesh_.vertices[static_cast<std::size_t>(v)]; }
 
-  int add(const Vector3d& point, bool on_plane, bool guess) {
+  int add(const Vector3d& point, bool on_plane) {
     out_.mesh.vertices.push_back(point);
-    out_.is_guess.push_back(guess);
     on_plane_.push_back(on_plane);
     return static_cast<int>(out_.mesh.vertices.size()) - 1;
   }
   int corner(int v) {
     int& index = kept_[static_cast<std::size_t>(v)];
-    if (index < 0)
-      index =
-          add(at(v), height(v) == 0, !part_.is_guess.empty() && part_.is_guess[static_cast<std::size_t>(v)]);
+    if (index < 0) index = add(at(v), height(v) == 0);
     return index;
   }
   int crossing(int a, int b) {
@@ -53,9 +50,8 @@ class Cut {
     if (fresh) {
       const int low = std::min(a, b), high = std::max(a, b);
       const double t = height(low) / (height(low) - height(high));
-      it->second = add(at(low) + t * (at(high) - at(low)), true, true);
+      it->second = add(at(low) + t * (at(high) - at(low)), true);
     }
-    if (!lid_) out_.is_guess[static_cast<std::size_t>(it->second)] = false;
     return it->second;
   }
 
@@ -122,21 +118,61 @@ CutMesh below(const CutMesh& part, const Plane& plane, bool closed) {
   return result;
 }
 
-std::vector<Vector3d> corners_of(const CutMesh& part, const TriangleMesh& whole) {
-  std::vector<Vector3d> corners;
+std::vector<double> heights(const TriangleMesh& mesh, const Plane& plane) {
+  const double snap = 1e-6 * extent_of(mesh.vertices).size().norm();
+  std::vector<double> result;
+  result.reserve(mesh.vertices.size());
+  for (const Vector3d& v : mesh.vertices) {
+    const double height = plane.normal.dot(v) - plane.offset;
+    result.push_back(std::abs(height) < snap ? 0 : height);
+  }
+  return result;
+}
+
+namespace {
+
+/// Not on a face: there the surface has corners of its own, and the winding number is noise.
+bool is_inside(const TriangleMesh& whole, const Vector3d& point, double hair) {
+  const Vector3d aside = hair * Vector3d(0.36, 0.48, 0.8);  // along no face that anyone makes
+  return winding_number(whole, point + aside) > 0.5 && winding_number(whole, point - aside) > 0.5;
+}
+
+}  // namespace
+
+std::vector<Vector3d> inner_corners(const std::vector<Plane>& cuts, const Plane& plane,
+                                    const TriangleMesh& whole) {
+  std::vector<Vector3d> found;
   const double hair = 1e-6 * extent_of(whole.vertices).size().norm();
-  for (std::size_t i = 0; i < part.mesh.vertices.size(); ++i) {
-    const Vector3d& corner = part.mesh.vertices[i];
-    if (part.is_guess.empty() || !part.is_guess[i]) {
-      corners.push_back(corner);
-      continue;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      Eigen::Matrix3d normals;
+      normals << plane.normal.transpose(), cuts[i].normal.transpose(), cuts[k].normal.transpose();
+      if (std::abs(normals.determinant()) < 1e-4) continue;
+      const Vector3d p = normals.inverse() * Vector3d(plane.offset, cuts[i].offset, cuts[k].offset);
+      const bool below_all =
+          std::ranges::all_of(cuts, [&](const Plane& cut) { return cut.normal.dot(p) < cut.offset + hair; });
+      if (below_all && is_inside(whole, p, hair)) found.push_back(p);
     }
-    // A hair further into the part: on a face of the whole only one side of it belongs to the part.
-    Vector3d inwards = Vector3d::Zero();
-    for (const Plane& cut : part.cuts)
-      if (std::abs(cut.normal.dot(corner) - cut.offset) < hair) inwards -= cut.normal;
-    if (inwards.norm() < 1e-9) continue;
-    if (winding_number(whole, corner + hair * inwards.normalized()) > 0.5) corners.push_back(corner);
+  }
+  return found;
+}
+
+std::vector<Vector3d> surface_corners(const CutMesh& part) {
+  std::vector<Vector3d> corners;
+  for (std::size_t i = 0; i < part.mesh.vertices.size(); ++i)
+    if (part.is_guess.empty() || !part.is_guess[i]) corners.push_back(part.mesh.vertices[i]);
+  return corners;
+}
+
+std::vector<Vector3d> corners_of(const CutMesh& part, const TriangleMesh& whole) {
+  std::vector<Vector3d> corners = surface_corners(part);
+  std::vector<Plane> before;
+  for (const Plane& cut : part.cuts) {
+    const double hair = 1e-6 * extent_of(whole.vertices).size().norm();
+    for (const Vector3d& p : inner_corners(before, cut, whole))
+      if (std::ranges::all_of(part.cuts, [&](const Plane& c) { return c.normal.dot(p) < c.offset + hair; }))
+        corners.push_back(p);
+    before.push_back(cut);
   }
   return corners;
 }

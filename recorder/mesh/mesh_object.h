@@ -25,6 +25,8 @@ struct ObjectReport {
   bool closed = false;  ///< else mass and inertia are those of the hull
   double volume = 0, parts_volume = 0, mass_kg = 0;
   Eigen::Vector3d size{0, 0, 0}, center_of_mass{0, 0, 0};  ///< metres
+  /// By how much of the mesh's volume its parts exceed it: holes filled in. Of a closed mesh.
+  double excess() const { return parts_volume / volume - 1; }
 };
 
 /// Writes `<name>.xml`, `<name>_visual.obj`, `<name>_part_<k>.obj` and, with a texture or more than one

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 #include <string>
 
@@ -77,6 +78,57 @@ inline TriangleMesh turned(const std::vector<std::array<double, 2>>& profile, in
 /// 80 mm wide, 90 mm high, wall 4 mm, floor 6 mm.
 inline TriangleMesh cup(int segments = 24) {
   return turned({{0, 0}, {0.040, 0}, {0.040, 0.090}, {0.036, 0.090}, {0.036, 0.006}, {0, 0.006}}, segments);
+}
+
+/// Corners of a regular polygon's outline at `count` even angles, at a height.
+inline std::vector<Vector3d> outline(int sides, double radius, int count, double z) {
+  std::vector<Vector3d> points;
+  for (int k = 0; k < count; ++k) {
+    const double place = 1.0 * k * sides / count, share = place - std::floor(place);
+    const double angle = 2 * std::numbers::pi / sides, from = angle * std::floor(place);
+    const auto corner = [&](double a) { return Vector3d(radius * std::cos(a), radius * std::sin(a), z); };
+    points.push_back((1 - share) * corner(from) + share * corner(from + angle));
+  }
+  return points;
+}
+
+/// A plate with a hole along z, both regular polygons about it: washers, nuts, frames.
+inline TriangleMesh ring(int outer_sides, double outer, int hole_sides, double hole, double height) {
+  const int n = std::lcm(outer_sides, hole_sides);
+  std::vector<Vector3d> vertices;
+  for (const double z : {0.0, height})
+    for (const auto& points : {outline(outer_sides, outer, n, z), outline(hole_sides, hole, n, z)})
+      vertices.insert(vertices.end(), points.begin(), points.end());
+  std::vector<std::vector<int>> faces;
+  for (int k = 0; k < n; ++k) {
+    const int out = k, next = (k + 1) % n, in = n + k, in_next = n + next;
+    faces.push_back({out, next, next + 2 * n, out + 2 * n});
+    faces.push_back({in_next, in, in + 2 * n, in_next + 2 * n});
+    faces.push_back({next, out, in, in_next});
+    faces.push_back({out + 2 * n, next + 2 * n, in_next + 2 * n, in + 2 * n});
+  }
+  return from_faces(vertices, faces);
+}
+
+/// A plate with a hollow in its top that does not go through.
+inline TriangleMesh pocket(int sides, double outer, double inner, double height, double floor) {
+  std::vector<Vector3d> vertices;
+  for (const auto& points : {outline(sides, outer, sides, 0), outline(sides, outer, sides, height),
+                             outline(sides, inner, sides, height), outline(sides, inner, sides, floor)})
+    vertices.insert(vertices.end(), points.begin(), points.end());
+  std::vector<int> bottom, ground;
+  std::vector<std::vector<int>> faces;
+  for (int k = 0; k < sides; ++k) {
+    const int next = (k + 1) % sides;
+    bottom.insert(bottom.begin(), k);
+    ground.push_back(3 * sides + k);
+    for (int level = 0; level < 3; ++level)
+      faces.push_back(
+          {level * sides + k, level * sides + next, (level + 1) * sides + next, (level + 1) * sides + k});
+  }
+  faces.push_back(bottom);
+  faces.push_back(ground);
+  return from_faces(vertices, faces);
 }
 
 inline TriangleMesh sphere(double radius, int rings, int segments) {
