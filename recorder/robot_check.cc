@@ -17,6 +17,8 @@ namespace {
 
 constexpr double kRounding = 1e-4;  ///< of an angle or input: people write 1.5708
 
+constexpr double kTinyRange_rad = 0.15;
+const char* const kRangeUnit = ": are the scene's ranges in rad, and its <compiler> reads degrees?";
 const char* const kAddServos =
     ": with 'stiffness: […]' in place of 'actuators' (and of a finger's 'actuator') flowscope adds position "
     "servos";
@@ -152,7 +154,9 @@ class ArmCheck {
       if (q >= lower - kRounding && q <= upper + kRounding) continue;
       fail(numbered("home", i), "home: " + to_words(q) + " rad lies outside " + robot_.joints[i] + "'s " +
                                     to_words(lower) + "\u2026" + to_words(upper) +
-                                    (in_rad >= lower && in_rad <= upper ? ": degrees?" : ""));
+                                    (upper - lower < kTinyRange_rad       ? kRangeUnit
+                                     : in_rad >= lower && in_rad <= upper ? ": degrees?"
+                                                                          : ""));
     }
   }
 

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kSlow_s = 0.04;  ///< a servo's time constant: a gripper's move takes 0.1 s
 constexpr double kRest = 0.05;    ///< of its way, per second
+constexpr double kAhead = 0.1;    ///< of its way: gently, where the whole way would crush what is held
 
 int find(const mjModel* model, mjtObj type, const std::string& name) {
   const int id = mj_name2id(model, type, name.c_str());
@@ -112,11 +113,14 @@ void WorldRobot::drive(mjData* data, const std::array<double, 7>& target,
     data->qfrc_applied[finger.dof] = data->qfrc_bias[finger.dof];
     if (finger.actuator < 0) continue;
     double& input = data->ctrl[finger.actuator];
-    // What is held is welded; closing further would only press it out of its place.
-    input = holding ? finger.wider(finger.input(openness), input) : finger.input(openness);
-    if (holding && finger.slow && finger.rests(data->qvel[finger.dof])) {
-      input = finger.wider(input, finger.pressing(data->qpos[finger.qpos], squeeze_));
+    if (!holding) {
+      input = finger.input(openness);
+      continue;
     }
+    // What is held is welded; closing further would only press it out of its place.
+    const double q = data->qpos[finger.qpos], speed = data->qvel[finger.dof];
+    const double held = finger.slow ? finger.holding_input(q, speed, squeeze_) : input;
+    input = finger.wider(finger.input(openness), held);
   }
 }
 
@@ -124,8 +128,13 @@ double WorldRobot::Joint::servo_force(double target, double q, double speed) con
   return std::clamp(servo_stiffness * (target - q) - servo_damping * speed, lowest_force, highest_force);
 }
 
-bool WorldRobot::Finger::rests(double q_speed) const {
-  return std::abs(q_speed) < kRest * std::abs(open - closed);
+bool WorldRobot::Finger::approaches(double q_speed) const {
+  return (open > closed ? -q_speed : q_speed) > kRest * std::abs(open - closed);
+}
+
+double WorldRobot::Finger::holding_input(double q, double q_speed, double squeeze) const {
+  const double ahead = approaches(q_speed) ? kAhead * std::abs(open - closed) : 0;
+  return pressing(q, std::max(squeeze, ahead));
 }
 
 std::array<double, 7> WorldRobot::positions(const mjData* data) const {
@@ -181,8 +190,9 @@ bool WorldRobot::grasp(mjModel* model, mjData* data) const {
     for (const auto& finger : fingers_) {
       if (finger.actuator < 0) continue;
       // A slow one has still to arrive at what it closes on (see drive).
-      if (finger.slow && !finger.rests(data->qvel[finger.dof])) continue;
-      data->ctrl[finger.actuator] = finger.pressing(data->qpos[finger.qpos], squeeze_);
+      const double q = data->qpos[finger.qpos], speed = data->qvel[finger.dof];
+      data->ctrl[finger.actuator] =
+          finger.slow ? finger.holding_input(q, speed, squeeze_) : finger.pressing(q, squeeze_);
     }
   }
   return taken;

@@ -67,7 +67,9 @@ class WorldRobot {
     double pressing(double q, double squeeze) const {
       return wider(input_closed, input_at(q - (open > closed ? squeeze : -squeeze)));
     }
-    bool rests(double q_speed) const;
+    bool approaches(double q_speed) const;
+    /// Of a slow one, in every step: it closes until it has arrived, then presses.
+    double holding_input(double q, double q_speed, double squeeze) const;
   };
   std::vector<Joint> joints_;
   std::vector<Finger> fingers_;

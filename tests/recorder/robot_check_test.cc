@@ -8,6 +8,7 @@
 
 #include "recorder/scene_task.h"
 #include "recorder/script.h"
+#include "recorder/task_folder.h"
 #include "recorder/world.h"
 #include "tests/support/hand_models.h"
 #include "tests/support/temporary_folder.h"
@@ -157,6 +158,27 @@ TEST_F(RobotCheck, HomeLiesInsideTheRanges) {
   expect(small, "arm.yaml:3:11: ", {"home: \u22122.1 rad lies outside j2's \u22122\u20262"});
   const std::string unlimited = with(scene_, "axis='0 0 1' range='-3 3'", "axis='0 0 1'");
   expect(complaint(unlimited, with(robot_, "home: [0,", "home: [90,")), "arm.yaml:3:8: ", {"j1", "degrees?"});
+}
+
+TEST_F(RobotCheck, RangesThatTheCompilerTakesForDegreesAreSuspected) {
+  expect(complaint(with(scene_, "angle='radian' ", ""), robot_),
+         "arm.yaml:3:11: ", {"home: 0.4 rad", "<compiler>"});
+}
+
+TEST_F(RobotCheck, ATasksOwnRobotIsHeldAgainstItsSceneToo) {
+  const std::filesystem::path tasks = FLOWSCOPE_SOURCE_DIR "/assets/tasks",
+                              folder = folder_.path() / "push_buttons";
+  std::filesystem::copy(tasks / "push_buttons", folder);
+  std::ofstream(folder / "task.yaml", std::ios::app) << "\nrobot: mine.yaml\n";
+  std::ifstream panda(FLOWSCOPE_SOURCE_DIR "/assets/robots/panda.yaml");
+  const std::string text{std::istreambuf_iterator<char>(panda), {}};
+  std::ofstream(folder / "mine.yaml") << with(text, "actuator1, actuator2", "actuator2, actuator1");
+  try {
+    load_task(folder, FLOWSCOPE_SOURCE_DIR "/assets");
+    FAIL();
+  } catch (const BadScript& error) {
+    expect(error.what(), (folder / "mine.yaml:3:13: ").string(), {"actuator2 moves joint2, not joint1"});
+  }
 }
 
 TEST_F(RobotCheck, TheArmIsOneChainThatEndsAtTheTool) {
