@@ -16,13 +16,6 @@ struct Evaluation {
   std::vector<Eigen::Vector3f> weight_points;
 };
 
-/// A scene as the network keeps it along the flow.
-struct EncodedScene {
-  Model& model;
-  const SceneInput& input;
-  SceneMemory memory;
-};
-
 std::vector<Eigen::Vector3f> rows_of(const torch::Tensor& points) {
   const torch::Tensor flat = points.contiguous().view({-1, 3});
   const auto* first = flat.data_ptr<float>();
@@ -79,114 +72,137 @@ void check_options(const Model& model, const PredictOptions& options, int count)
 /// Noise of step k alone, so that a branch meets the noise that its parent met there.
 Random noise_of_step(std::uint64_t seed, std::size_t k) { return Random(Random(seed).bits() + k); }
 
-/// Where a trace starts to be computed: what is copied, the first state, and the time grid.
-struct Start {
-  FlowTrace trace;
-  std::vector<double> times;
-  Vector9 x{};
-};
-
-Start from_noise(const Model& model, const PredictOptions& options, std::uint64_t seed) {
-  Start start;
-  start.trace.seed = seed;
-  Random noise(seed);
-  for (double& v : start.x) v = noise.normal();
-  for (int k = 0; k <= options.flow_steps; ++k)
-    start.times.push_back(model.objective->grid(0, k, options.flow_steps));
-  return start;
-}
-
-/// Its old steps, then the rest in even steps.
-Start from_branch(const Model& model, const PredictOptions& options) {
+/// Its old steps, then the rest in even steps; returns the state where it leaves them.
+Vector9 start_branch(const Model& model, const PredictOptions& options, FlowTrace& trace,
+                     std::vector<double>& times) {
   const PredictOptions::Branch& branch = *options.branch;
   const FlowTrace& from = *branch.from;
-  Start start;
-  start.trace.seed = from.seed;
-  start.trace.steps.assign(from.steps.begin(), from.steps.begin() + branch.step);
-  for (const FlowStep& s : start.trace.steps) start.times.push_back(s.t);
+  trace.seed = from.seed;
+  trace.steps.assign(from.steps.begin(), from.steps.begin() + branch.step);
+  for (const FlowStep& s : trace.steps) times.push_back(s.t);
   const FlowStep& at = from.steps[static_cast<std::size_t>(branch.step)];
-  start.x = at.x;
-  if (branch.position) Eigen::Map<Eigen::Vector3d>(start.x.data()) = model.scale.normalise(*branch.position);
+  Vector9 x = at.x;
+  if (branch.position) Eigen::Map<Eigen::Vector3d>(x.data()) = model.scale.normalise(*branch.position);
   if (branch.rotation)
-    Eigen::Map<Eigen::Matrix<double, 6, 1>>(start.x.data() + 3) = rotation_to_6d(*branch.rotation);
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>(x.data() + 3) = rotation_to_6d(*branch.rotation);
   const int rest = std::max(branch.step < from.flow_steps ? 1 : 0, options.flow_steps - branch.step);
-  for (int k = 0; k <= rest; ++k)
-    start.times.push_back(rest == 0 ? 1.0 : model.objective->grid(at.t, k, rest));
-  return start;
-}
-
-FlowTrace integrate(const EncodedScene& scene, const PredictOptions& options, Start start) {
-  const Model& model = scene.model;
-  FlowTrace trace = std::move(start.trace);
-  trace.radius = model.radius;
-  if (options.radius_kind) trace.radius.kind = *options.radius_kind;
-  trace.backbone = model.backbone;
-  trace.objective = model.objective_name;
-  trace.integrator = options.integrator;
-  trace.flow_steps = static_cast<int>(start.times.size()) - 1;
-  const auto radius_at = [&](double t) {
-    return options.branch && options.branch->radius_m ? *options.branch->radius_m : trace.radius.radius_m(t);
-  };
-  const auto evaluate_at = [&](const FlowState& at) {
-    return evaluate(scene, {at.x, at.t, radius_at(at.t), trace.radius.kind == "off"});
-  };
-
-  Vector9 x = start.x;
-  for (std::size_t k = trace.steps.size(); k < start.times.size(); ++k) {
-    const auto began = std::chrono::steady_clock::now();
-    const FlowState here{x, start.times[k]};
-    Evaluation e = evaluate_at(here);
-    FlowStep step;
-    step.k = static_cast<int>(k);
-    step.t = here.t;
-    step.x = x;
-    step.pose = decode_pose(x, model.scale);
-    step.region = std::move(e.region);
-    step.open_probability = e.open_probability;
-    step.weights = std::move(e.weights);
-    step.weight_points = std::move(e.weight_points);
-    if (k + 1 < start.times.size()) {
-      const double t_next = start.times[k + 1];
-      Random noise = noise_of_step(trace.seed, k);
-      bool first = true;
-      const auto field = [&](const FlowState& at) {
-        const Answer answer = first ? e.answer : evaluate_at(at).answer;
-        first = false;
-        return model.objective->velocity(answer, at, here, t_next, noise);
-      };
-      step.velocity = step_velocity(options.integrator, field, here, t_next);
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] = x[i] + step.velocity[i] * (t_next - here.t);
-      step.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
-    }
-    trace.steps.push_back(std::move(step));
-  }
-  trace.result.world_from_tool = trace.steps.back().pose;
-  // The openness of the last evaluation on the way, where the pose is nearly there but was seen in training.
-  trace.result.openness = trace.steps.back().open_probability;
-  return trace;
+  for (int k = 0; k <= rest; ++k) times.push_back(rest == 0 ? 1.0 : model.objective->grid(at.t, k, rest));
+  return x;
 }
 
 }  // namespace
 
-std::vector<FlowTrace> integrate_samples(Model& model, const SceneInput& input, const PredictOptions& options,
-                                         int count) {
+FlowRun::FlowRun(const Model& model, const PredictOptions& options, std::uint64_t seed) : options_(options) {
+  trace_.seed = seed;
+  if (options.branch) {
+    x_ = start_branch(model, options, trace_, times_);
+  } else {
+    Random noise(seed);
+    for (double& v : x_) v = noise.normal();
+    for (int k = 0; k <= options.flow_steps; ++k)
+      times_.push_back(model.objective->grid(0, k, options.flow_steps));
+  }
+  trace_.radius = model.radius;
+  if (options.radius_kind) trace_.radius.kind = *options.radius_kind;
+  trace_.backbone = model.backbone;
+  trace_.objective = model.objective_name;
+  trace_.integrator = options.integrator;
+  trace_.flow_steps = static_cast<int>(times_.size()) - 1;
+}
+
+bool FlowRun::step(const EncodedScene& scene) {
+  const auto radius_at = [&](double t) {
+    return options_.branch && options_.branch->radius_m ? *options_.branch->radius_m
+                                                        : trace_.radius.radius_m(t);
+  };
+  const auto evaluate_at = [&](const FlowState& at) {
+    return evaluate(scene, {at.x, at.t, radius_at(at.t), trace_.radius.kind == "off"});
+  };
+  const std::size_t k = trace_.steps.size();
+  const auto began = std::chrono::steady_clock::now();
+  const FlowState here{x_, times_[k]};
+  Evaluation e = evaluate_at(here);
+  FlowStep step;
+  step.k = static_cast<int>(k);
+  step.t = here.t;
+  step.x = x_;
+  step.pose = decode_pose(x_, scene.model.scale);
+  step.region = std::move(e.region);
+  step.open_probability = e.open_probability;
+  step.weights = std::move(e.weights);
+  step.weight_points = std::move(e.weight_points);
+  const bool last = k + 1 == times_.size();
+  if (!last) {
+    const double t_next = times_[k + 1];
+    Random noise = noise_of_step(trace_.seed, k);
+    bool first = true;
+    const auto field = [&](const FlowState& at) {
+      const Answer answer = first ? e.answer : evaluate_at(at).answer;
+      first = false;
+      return scene.model.objective->velocity(answer, at, here, t_next, noise);
+    };
+    step.velocity = step_velocity(options_.integrator, field, here, t_next);
+    for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = x_[i] + step.velocity[i] * (t_next - here.t);
+    step.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+  }
+  trace_.steps.push_back(std::move(step));
+  if (last) {
+    trace_.result.world_from_tool = trace_.steps.back().pose;
+    // The openness of the last evaluation on the way, where the pose is nearly there but was seen in
+    // training.
+    trace_.result.openness = trace_.steps.back().open_probability;
+  }
+  return !last;
+}
+
+FlowPrediction::FlowPrediction(Model& model, SceneInput input, const PredictOptions& options, int count,
+                               const FlowTrace& origin)
+    : model_(model), input_(std::move(input)) {
   check_options(model, options, count);
   RadiusSchedule radius = model.radius;
   if (options.radius_kind) radius.kind = *options.radius_kind;
   radius.radius_m(0);  // refuses an unknown kind
-  std::vector<Start> starts;
-  for (int i = 0; i < count; ++i)
-    starts.push_back(options.branch
-                         ? from_branch(model, options)
-                         : from_noise(model, options, options.seed + static_cast<std::uint64_t>(i)));
+  for (int i = 0; i < count; ++i) {
+    FlowTrace& trace =
+        runs_.emplace_back(model, options, options.seed + static_cast<std::uint64_t>(i)).trace();
+    trace.instruction = origin.instruction;
+    trace.policy_file = origin.policy_file;
+    trace.generation = origin.generation;
+    trace.weights_sha256 = origin.weights_sha256;
+  }
+}
 
+bool FlowPrediction::advance(std::chrono::milliseconds slice) {
+  const auto end = std::chrono::steady_clock::now() + slice;
   const torch::NoGradGuard no_grad;
-  const EncodedScene scene{model, input,
-                           model.network->encode(make_scene_batch({&input}, model.shape, model.scale))};
+  if (!scene_)
+    scene_.emplace(EncodedScene{
+        model_, input_, model_.network->encode(make_scene_batch({&input_}, model_.shape, model_.scale))});
+  while (current_ < runs_.size()) {
+    if (!runs_[current_].step(*scene_)) ++current_;
+    if (std::chrono::steady_clock::now() >= end) break;
+  }
+  return current_ < runs_.size();
+}
+
+std::size_t FlowPrediction::left() const {
+  std::size_t steps = 0;
+  for (const FlowRun& run : runs_) steps += run.left();
+  return steps;
+}
+
+std::vector<FlowTrace> FlowPrediction::take() {
   std::vector<FlowTrace> traces;
-  // One after the other: in one batch the matrix products would round otherwise than for one sample.
-  for (Start& start : starts) traces.push_back(integrate(scene, options, std::move(start)));
+  for (FlowRun& run : runs_) traces.push_back(std::move(run.trace()));
   return traces;
+}
+
+std::vector<FlowTrace> integrate_samples(Model& model, const SceneInput& input, const PredictOptions& options,
+                                         int count) {
+  FlowPrediction prediction(model, input, options, count);
+  while (prediction.advance(std::chrono::hours(1))) {
+  }
+  return prediction.take();
 }
 
 FlowTrace integrate_flow(Model& model, const SceneInput& input, const PredictOptions& options) {

@@ -1,5 +1,6 @@
 #include "policy/learner.h"
 
+#include <atomic>
 #include <cmath>
 
 #include "policy/data_parallel.h"
@@ -105,7 +106,10 @@ StepLoss add_gradients(const Model& model, Replicas& replicas, AdamW& optimizer,
   const std::int64_t before = static_cast<std::int64_t>(how.exchange.rank()) * rates.scenes;
   const int parts = replicas.count();
   torch::Tensor losses = torch::zeros({parts, 5}, torch::kFloat64);
+  std::atomic<bool> stopped{false};
   replicas.run(at::get_num_threads(), [&](int part, FlowRamNetwork& network) {
+    if (how.stop.stop_requested()) stopped = true;
+    if (stopped) return;
     const std::int64_t first = static_cast<std::int64_t>(rates.scenes) * part / parts,
                        last = static_cast<std::int64_t>(rates.scenes) * (part + 1) / parts;
     const double share = static_cast<double>(last - first) / rates.scenes;
@@ -114,9 +118,13 @@ StepLoss add_gradients(const Model& model, Replicas& replicas, AdamW& optimizer,
     losses[part].copy_(loss.parts * share);
     (loss.total * share).backward();
   });
+  if (stopped) {
+    optimizer.clear_gradients();
+    return {.stopped = true};
+  }
   const torch::Tensor sum = losses.sum(0);
   const double* s = sum.data_ptr<double>();
-  StepLoss loss{s[0], s[1], s[2], s[3], s[4], false};
+  StepLoss loss{s[0], s[1], s[2], s[3], s[4]};
   average_over_ranks(optimizer, loss, how.exchange);
   return loss;
 }
@@ -124,6 +132,7 @@ StepLoss add_gradients(const Model& model, Replicas& replicas, AdamW& optimizer,
 StepLoss learn_once(const Model& model, Replicas& replicas, AdamW& optimizer, const TrainingSet& data,
                     const TrainRates& rates, const LearnStep& how) {
   StepLoss loss = add_gradients(model, replicas, optimizer, data, rates, how);
+  if (loss.stopped) return loss;
   loss.skipped = !std::isfinite(loss.total);
   if (loss.skipped)
     optimizer.clear_gradients();

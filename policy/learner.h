@@ -1,6 +1,8 @@
 // One optimiser step: draw, augment, noise, predict, compare, descend.
 #pragma once
 
+#include <stop_token>
+
 #include "policy/adamw.h"
 #include "policy/exchange.h"
 #include "policy/replicas.h"
@@ -12,6 +14,7 @@ namespace flowscope {
 struct StepLoss {
   double total = 0, flow = 0, position = 0, rotation = 0, open = 0;
   bool skipped = false;  ///< loss or gradient was not finite; the weights are unchanged
+  bool stopped = false;  ///< given up half-way; the weights are unchanged
 };
 
 struct LearnStep {
@@ -22,6 +25,7 @@ struct LearnStep {
   std::uint64_t seed = 0;
   torch::Device device = torch::kCPU;
   GradientExchange& exchange;
+  std::stop_token stop = {};  ///< looked at before every part; of a single process only
 };
 
 /// As many as share the scenes of one step; always the same for the same number of scenes, because sums are

@@ -1,6 +1,7 @@
 // The seam between a policy and everything that uses one. No torch here.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -37,17 +38,33 @@ struct PredictOptions {
   std::optional<Branch> branch;
 };
 
+/// Predictions under way, which may be left off after any flow step and taken up again, or given up. How they
+/// are cut into slices changes no bit. On the thread of the policy, which must outlive it and neither learn
+/// nor be trained meanwhile.
+class Prediction {
+ public:
+  virtual ~Prediction() = default;
+  /// Goes on for about that long, at least by one flow step; false when all is done.
+  virtual bool advance(std::chrono::milliseconds slice) = 0;
+  /// Flow steps that are still to come.
+  virtual std::size_t left() const = 0;
+  /// Once, after advance() has said false.
+  virtual std::vector<FlowTrace> take() = 0;
+};
+
 /// One thread at a time (the policy thread). Throws std::invalid_argument for an input that does not fit.
 class Policy {
  public:
   virtual ~Policy() = default;
+  /// `count` predictions of one scene with the seeds seed, seed + 1, …, each the same as predict's with its
+  /// seed. A branch keeps the noise that it has: one sample. What `options` points to must live as long.
+  virtual std::unique_ptr<Prediction> begin(const PolicyInput& input, const PredictOptions& options,
+                                            int count) = 0;
+  /// The same, to the end.
+  std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options, int count);
   /// Same weights, input, options and machine: the same numbers, bit for bit. Scene and expert fields are the
   /// caller's to fill.
-  virtual FlowTrace predict(const PolicyInput& input, const PredictOptions& options) = 0;
-  /// `count` predictions of one scene with the seeds seed, seed + 1, …, each the same as predict's with its
-  /// seed. A branch keeps the noise that it has: one sample.
-  virtual std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
-                                                 int count) = 0;
+  FlowTrace predict(const PolicyInput& input, const PredictOptions& options);
   /// Optimiser steps behind the weights.
   virtual std::uint64_t generation() const = 0;
   /// Name of the robot whose joints it learnt; empty: not known. An input of another one does not fit.

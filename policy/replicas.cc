@@ -2,15 +2,15 @@
 
 #include <ATen/Parallel.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
-#include <thread>
 
 namespace flowscope {
 
 Replicas::Replicas(const FlowRamNetwork& network, const NetworkShape& shape, const std::string& backbone,
                    int count)
-    : networks_{network} {
+    : networks_{network}, crew_(std::make_unique<PartCrew>()) {
   const torch::NoGradGuard no_grad;
   for (int i = 1; i < count; ++i) {
     FlowRamNetwork copy(shape, backbone, network->trunk());
@@ -34,15 +34,7 @@ void Replicas::run(int threads, const std::function<void(int, FlowRamNetwork&)>&
   };
   const int before = at::get_num_threads();
   at::set_num_threads(1);  // of the calling thread
-  {
-    std::vector<std::jthread> helpers;
-    for (int i = 1; i < std::min(threads, count()); ++i)
-      helpers.emplace_back([&] {
-        at::set_num_threads(1);
-        take_parts();
-      });
-    take_parts();
-  }
+  crew_->run(std::min(threads, count()) - 1, take_parts);
   at::set_num_threads(before);
   for (const std::exception_ptr& e : failed)
     if (e) std::rethrow_exception(e);

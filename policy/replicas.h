@@ -3,9 +3,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "policy/network.h"
+#include "policy/part_crew.h"
 
 namespace flowscope {
 
@@ -23,6 +25,7 @@ class Replicas {
 
  private:
   std::vector<FlowRamNetwork> networks_;
+  std::unique_ptr<PartCrew> crew_;
 };
 
 }  // namespace flowscope

@@ -83,17 +83,23 @@ class FlowRamTrainer : public Trainer {
     progress_.status.demos = data_.demos();
   }
 
-  TrainStatus step() override {
+  TrainStatus step(std::stop_token stop) override {
     if (!agreed_) require_agreement();
     data_.freeze(model_);
     const auto start = std::chrono::steady_clock::now();
+    const std::uint64_t random_before = random_.state();
     const LearnStep how{
         .learning_rate = learning_rate_at(progress_.rates, progress_.options, progress_.status),
         .augment = progress_.options.augment,
         .seed = random_.bits(),
         .device = device_,
-        .exchange = *exchange_};
+        .exchange = *exchange_,
+        .stop = std::move(stop)};
     const StepLoss loss = learn_once(model_, replicas_, *optimizer_, data_, progress_.rates, how);
+    if (loss.stopped) {
+      random_ = Random(random_before);
+      return progress_.status;
+    }
     double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     exchange_->broadcast(&seconds, sizeof(seconds));  // the schedule must be the same on all ranks
     tell(loss, seconds);
@@ -107,7 +113,7 @@ class FlowRamTrainer : public Trainer {
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(progress_.status.step); }
   std::string robot() const override { return progress_.options.robot; }
 
-  Validation validate(int flow_steps) override {
+  Validation validate(int flow_steps, std::stop_token stop) override {
     data_.freeze(model_);
     const MeanWeights mean(model_.network, *optimizer_, device_);
     Validation v;
@@ -115,6 +121,7 @@ class FlowRamTrainer : public Trainer {
     for (const auto& [task, samples] : data_.held_out()) {
       Errors of_task;
       for (const Sample* sample : samples) {
+        if (stop.stop_requested()) return progress_.status.validation;
         PredictOptions options;
         options.flow_steps = flow_steps;
         options.seed = all.position_mm.size();
@@ -132,23 +139,19 @@ class FlowRamTrainer : public Trainer {
     return progress_.status.validation = v;
   }
 
-  FlowTrace predict(const PolicyInput& input, const PredictOptions& options) override {
-    return std::move(predict_samples(input, options, 1).front());
-  }
-  std::vector<FlowTrace> predict_samples(const PolicyInput& input, const PredictOptions& options,
-                                         int count) override {
+  std::unique_ptr<Prediction> begin(const PolicyInput& input, const PredictOptions& options,
+                                    int count) override {
     data_.freeze(model_);
-    const MeanWeights mean(model_.network, *optimizer_, device_);
     require_same_robot(progress_.options.robot, input.robot);
-    const SceneInput scene = prepare_input(input, model_.bounds, model_.shape, model_.vocabulary);
-    std::vector<FlowTrace> traces = integrate_samples(model_, scene, options, count);
-    const std::string sha256 = weights_sha256(model_);
-    for (FlowTrace& trace : traces) {
-      trace.instruction = input.instruction;
-      trace.generation = generation();
-      trace.weights_sha256 = sha256;
+    SceneInput scene = prepare_input(input, model_.bounds, model_.shape, model_.vocabulary);
+    FlowTrace origin;
+    origin.instruction = input.instruction;
+    origin.generation = generation();
+    {
+      const MeanWeights mean(model_.network, *optimizer_, device_);
+      origin.weights_sha256 = weights_sha256(model_);
     }
-    return traces;
+    return std::make_unique<MeanPrediction>(*this, std::move(scene), options, count, origin);
   }
 
   void require_agreement() override {
@@ -168,6 +171,24 @@ class FlowRamTrainer : public Trainer {
   }
 
  private:
+  /// Predictions with the running mean of the weights, which is in its place only while they go on.
+  class MeanPrediction : public Prediction {
+   public:
+    MeanPrediction(FlowRamTrainer& trainer, SceneInput scene, const PredictOptions& options, int count,
+                   const FlowTrace& origin)
+        : trainer_(trainer), inner_(trainer.model_, std::move(scene), options, count, origin) {}
+    bool advance(std::chrono::milliseconds slice) override {
+      const MeanWeights mean(trainer_.model_.network, *trainer_.optimizer_, trainer_.device_);
+      return inner_.advance(slice);
+    }
+    std::size_t left() const override { return inner_.left(); }
+    std::vector<FlowTrace> take() override { return inner_.take(); }
+
+   private:
+    FlowRamTrainer& trainer_;
+    FlowPrediction inner_;
+  };
+
   void tell(const StepLoss& loss, double seconds) {
     TrainStatus& s = progress_.status;
     skipped_in_row_ = loss.skipped ? skipped_in_row_ + 1 : 0;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -78,12 +79,13 @@ class Trainer : public Policy {
   virtual void add(const Demo& demo, bool held_out = false) = 0;
   virtual void remove(const std::string& id) = 0;
   /// One optimiser step. A non-finite loss or gradient skips the update and is reported; three in a row
-  /// throw.
-  virtual TrainStatus step() = 0;
+  /// throw. A wish to stop is seen between the parts of the batch: then the step has not taken place.
+  virtual TrainStatus step(std::stop_token stop = {}) = 0;
   virtual TrainStatus status() const = 0;
   /// From now on the learning-rate schedule ends `minutes` later; 0: it stays level.
   virtual void go_on_for(double minutes) = 0;
-  virtual Validation validate(int flow_steps = 4) = 0;
+  /// Asked to stop: the validation before.
+  virtual Validation validate(int flow_steps = 4, std::stop_token stop = {}) = 0;
   /// Atomic: temporary name, sync, rename.
   virtual void save(const std::filesystem::path& file) const = 0;
   /// Throws std::runtime_error unless all processes have the same demonstrations and, bit for bit, the same

@@ -190,6 +190,26 @@ TEST(Predictions, SamplesAreThePredictionsOfTheirSeeds) {
   }
 }
 
+TEST(Predictions, SlicesAndWhatGoesOnInBetweenChangeNoBit) {
+  Model model = nano_model({});
+  PredictOptions options;
+  options.flow_steps = 5;
+  options.seed = 7;
+  const SceneInput scene = nano_scene();
+  const auto whole = integrate_samples(model, scene, options, 2);
+  FlowPrediction sliced(model, scene, options, 2), other(model, scene, options, 1);
+  EXPECT_EQ(sliced.left(), 12u);
+  int slices = 1;
+  while (sliced.advance(std::chrono::milliseconds(0))) {
+    other.advance(std::chrono::milliseconds(0));
+    EXPECT_EQ(sliced.left(), static_cast<std::size_t>(12 - slices++));
+  }
+  EXPECT_EQ(slices, 12) << "one flow step a slice";
+  const auto traces = sliced.take();
+  ASSERT_EQ(traces.size(), whole.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) expect_same(traces[i], whole[i]);
+}
+
 TEST(Predictions, ABranchMeetsTheNoiseOfItsParent) {
   Model model = nano_model({.objective = "ddpm"});
   PredictOptions options;

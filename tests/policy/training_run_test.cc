@@ -59,6 +59,29 @@ TEST(TrainingRun, GoesOnFromTheFileWithTwoTasksAndCropsBitForBit) {
   EXPECT_EQ(weights_of(one), weights_of(two));
 }
 
+TEST(TrainingRun, AStepThatIsGivenUpHasNotTakenPlace) {
+  const testing::TemporaryFolder folder;
+  const auto file = folder.path() / "a.fsp", one = folder.path() / "one.fsp", two = folder.path() / "two.fsp";
+  const auto first = Trainer::create(small());
+  add_two_tasks(*first);
+  first->step();
+  first->save(file);
+  const auto straight = Trainer::resume(file), stopped = Trainer::resume(file);
+  add_two_tasks(*straight);
+  add_two_tasks(*stopped);
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_EQ(stopped->step(source.get_token()).step, 1);
+  const Validation known = stopped->status().validation;
+  EXPECT_EQ(stopped->validate(4, source.get_token()).position_mm, known.position_mm);
+  stopped->save(two);
+  EXPECT_EQ(weights_of(two), weights_of(file));
+  EXPECT_EQ(straight->step().loss, stopped->step().loss);
+  straight->save(one);
+  stopped->save(two);
+  EXPECT_EQ(weights_of(one), weights_of(two));
+}
+
 /// How far one step moves the weights of `file`, when training goes on for `minutes` more (0: as it was).
 double one_step_from(const std::filesystem::path& file, double minutes) {
   const auto trainer = Trainer::resume(file);
