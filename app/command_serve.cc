@@ -3,21 +3,29 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
 #include <random>
+#include <stop_token>
+#include <thread>
 
 #include "app/cli.h"
 #include "app/commands.h"
 #include "app/data_lock.h"
+#include "app/memory.h"
 #include "app/scene_options.h"
 #include "app/studio.h"
 #include "web/server.h"
 
 namespace flowscope::app {
 namespace {
+
+constexpr std::chrono::milliseconds most_patience{4500};
 
 struct ServeCall {
   web::ServerOptions server;
@@ -45,7 +53,18 @@ std::filesystem::path find_page() {
   return find_assets().parent_path() / "web" / "ui" / "dist";
 }
 
+/// Whatever cannot be interrupted must not hold the end up: files appear whole or not at all.
+void end_in_time(const std::stop_token& ended) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any never;
+  if (never.wait_for(lock, ended, most_patience, [] { return false; }) || ended.stop_requested()) return;
+  std::fputs("flowscope: something could not be interrupted; ending without it\n", stderr);
+  std::_Exit(1);
+}
+
 int serve(const ServeCall& call, const Context& context) {
+  limit_arenas();
   // stdout carries the one ready line
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("flowscope", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
@@ -89,7 +108,9 @@ int serve(const ServeCall& call, const Context& context) {
   sigwait(&signals, &signal);
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // a second signal ends the program at once
   std::fprintf(stderr, "flowscope: ending\n");
+  const std::jthread impatience(end_in_time);
   studio->attach(nullptr);
+  studio->leave();
   server.reset();
   studio.reset();
   return 0;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iterator>
 #include <optional>
+#include <stdexcept>
 
 #include "app/detector_overlay.h"
 #include "app/render_loop.h"
@@ -17,26 +18,32 @@ namespace flowscope {
 
 namespace {
 
-constexpr int strip_columns = 5;
+constexpr int strip_columns = 5, part_side = 640;         // pictures in a row; pixels
 const Box workspace{{-0.3, -0.5, 0.6}, {0.7, 0.5, 1.6}};  // the benchmark's
 
-RendererOptions options_for(const Task& task, const web::ViewSettings& view) {
+/// Whoever cancels gets the reason, and no writer leaves a file.
+void stop_if_asked(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw web::ApiError(409, "cancelled", "the export was cancelled");
+}
+
+/// Parts bound both the memory of a large picture and the time until a wish to stop is seen.
+RendererOptions options_for(const Task& task, const web::ViewSettings& view, const std::stop_token& stop) {
   RendererOptions options;
   options.gripper = gripper_shape(task.model(), task.robot());
   options.max_width = view.width;
   options.max_height = view.height;
   options.samples = 4;  // a figure is looked at for longer than a frame of a stream
+  options.part = part_side;
+  options.before_part = [stop] { stop_if_asked(stop); };
   return options;
 }
 
-/// Whoever cancels gets the reason, and Mp4Writer leaves no file.
-void stop_if_asked(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw web::ApiError(409, "cancelled", "the export was cancelled");
-}
-
-PointCloud cloud_of(const TaskLibrary& tasks, const SceneState& state) {
+PointCloud cloud_of(const TaskLibrary& tasks, const SceneState& state, const std::stop_token& stop) {
+  stop_if_asked(stop);
   const auto task = tasks.get(state.scene);
-  Renderer renderer(task->model(), state.scene);
+  RendererOptions options;
+  options.before_part = [stop] { stop_if_asked(stop); };
+  Renderer renderer(task->model(), state.scene, options);
   return to_point_cloud(renderer.observe_all(state, observation_cameras(task->model()), observation_size),
                         workspace);
 }
@@ -51,20 +58,22 @@ std::string caption_of(const FlowStep& step) {
 }  // namespace
 
 void export_png(const TaskLibrary& tasks, const SceneState& state, const web::ViewSettings& view,
-                const Overlay& overlay, const std::filesystem::path& file) {
+                const Overlay& overlay, const std::filesystem::path& file, std::stop_token stop) {
+  stop_if_asked(stop);
   const auto task = tasks.get(state.scene);
-  Renderer renderer(task->model(), state.scene, options_for(*task, view));
-  write_png(file,
-            renderer.draw(state, view_camera(renderer, state, view), view.overlays ? overlay : Overlay{}));
+  Renderer renderer(task->model(), state.scene, options_for(*task, view, stop));
+  const ImageRgb picture =
+      renderer.draw(state, view_camera(renderer, state, view), view.overlays ? overlay : Overlay{});
+  write_png(file, picture, [&] { stop_if_asked(stop); });
 }
 
 void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
                       const web::ViewSettings& view, const std::filesystem::path& file,
                       const Progress& progress, std::stop_token stop) {
   const auto task = tasks.get(state.scene);
-  Renderer renderer(task->model(), state.scene, options_for(*task, view));
+  Renderer renderer(task->model(), state.scene, options_for(*task, view, stop));
   constexpr double fps = 30;
-  Mp4Writer film(file, view.width, view.height, fps);
+  Mp4Writer film(file, view.width, view.height, fps, stop);
   const int steps = static_cast<int>(trace.steps.size());
   const CameraModel camera = view_camera(renderer, state, view);
   const Overlay detectors = view.detectors ? detectors_of(tasks, trace, state) : Overlay{};
@@ -81,8 +90,8 @@ void export_trace_mp4(const TaskLibrary& tasks, const SceneState& state, const F
 void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::ViewSettings& view,
                      const std::filesystem::path& file, const Progress& progress, std::stop_token stop) {
   const auto task = tasks.get(demo.info.task);
-  Renderer renderer(task->model(), demo.info.task, options_for(*task, view));
-  Mp4Writer film(file, view.width, view.height, 20);
+  Renderer renderer(task->model(), demo.info.task, options_for(*task, view, stop));
+  Mp4Writer film(file, view.width, view.height, 20, stop);
   std::optional<DetectorReplay> detectors;
   if (view.detectors) detectors.emplace(task, demo.info.variation, demo.info.seed);
   for (std::size_t i = 0; i < demo.frames.size(); ++i) {
@@ -97,8 +106,13 @@ void export_demo_mp4(const TaskLibrary& tasks, const Demo& demo, const web::View
 
 void export_strip(const TaskLibrary& tasks, const SceneState& state, const FlowTrace& trace,
                   const web::ViewSettings& view, const std::filesystem::path& file, std::stop_token stop) {
+  if (trace.steps.size() > strip_most_steps) {
+    throw std::invalid_argument("a strip shows at most " + std::to_string(strip_most_steps) +
+                                " states of a flow, this one has " + std::to_string(trace.steps.size()) +
+                                ": predict with fewer steps, or make a film");
+  }
   const auto task = tasks.get(state.scene);
-  Renderer renderer(task->model(), state.scene, options_for(*task, view));
+  Renderer renderer(task->model(), state.scene, options_for(*task, view, stop));
   const CameraModel camera = view_camera(renderer, state, view);
   std::vector<StripPanel> panels;
   for (std::size_t k = 0; k < trace.steps.size(); ++k) {
@@ -109,11 +123,11 @@ void export_strip(const TaskLibrary& tasks, const SceneState& state, const FlowT
   StripStyle style;
   style.height = view.height;
   style.columns = std::min(static_cast<int>(panels.size()), strip_columns);
-  write_png(file, compose_strip(panels, style));
+  write_png(file, compose_strip(panels, style), [&] { stop_if_asked(stop); });
 }
 
 void find_points_inside(const TaskLibrary& tasks, const SceneState& state, FlowTrace& trace) {
-  const PointCloud cloud = voxel_grid(cloud_of(tasks, state), 0.01);
+  const PointCloud cloud = voxel_grid(cloud_of(tasks, state, {}), 0.01);
   for (FlowStep& step : trace.steps) {
     const Eigen::Vector3f center = step.region.center.cast<float>();
     const auto radius = static_cast<float>(step.region.radius_m);
@@ -124,8 +138,9 @@ void find_points_inside(const TaskLibrary& tasks, const SceneState& state, FlowT
 }
 
 void export_cloud(const TaskLibrary& tasks, const SceneState& state, double leaf_m,
-                  const std::filesystem::path& file) {
-  const PointCloud all = cloud_of(tasks, state);
+                  const std::filesystem::path& file, std::stop_token stop) {
+  const PointCloud all = cloud_of(tasks, state, stop);
+  stop_if_asked(stop);
   write_cloud(file, leaf_m > 0 ? voxel_grid(all, leaf_m) : all);
 }
 

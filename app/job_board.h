@@ -1,9 +1,10 @@
 // Long work that a user started: its state, its progress, and a way to cancel it.
 #pragma once
 
+#include <array>
 #include <condition_variable>
+#include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -15,22 +16,43 @@
 
 namespace flowscope {
 
-/// Every job of this session, newest last. Any thread.
+/// Work of one lane never waits for that of another: an arm that is to move must not wait for a film.
+enum class JobLane { motion, exports };
+
+/// The newest jobs of this session. Any thread.
 class JobBoard {
  public:
-  /// Told of every change, from whichever thread made it.
+  /// How many jobs of a lane run at once, and how many may wait for that.
+  struct Limits {
+    int workers = 1;
+    std::size_t waiting = 0;
+  };
+  static constexpr Limits motion{1, 4}, exports{2, 16};
+  /// Ended jobs that are still known; older ones are forgotten.
+  static constexpr std::size_t ended_kept = 100;
+
+  /// Told of every change, one after the other, from whichever thread made it; it must not call the board.
   explicit JobBoard(std::function<void(const web::JobStatus&)> on_change);
   ~JobBoard();
 
-  /// Registers a job and runs `work` on a thread of its own. `work` fills the status through `update`; what
-  /// it throws makes the job failed (web::ApiError keeps its code and place).
+  /// Registers a job; `work` runs on one of its lane's threads when its turn comes. `work` fills the status
+  /// through `update`; what it throws makes the job failed (web::ApiError keeps its code and place), or
+  /// cancelled if it was asked to stop. Throws web::ApiError: 429 when as many wait as may, 503 after
+  /// shut_down().
   class Handle;
-  std::string start(const std::string& kind, std::function<void(Handle&)> work);
+  std::string start(JobLane lane, const std::string& kind, std::function<void(Handle&)> work);
 
   std::vector<web::JobStatus> all() const;
   web::JobStatus get(const std::string& id) const;  ///< throws web::ApiError 404
-  void cancel(const std::string& id);               ///< throws web::ApiError 404
-  /// Asks all to stop and joins them.
+  /// Whether it waits or runs; false for one that is not known.
+  bool goes_on(const std::string& id) const;
+  /// Asks a running job to stop; one that waits is cancelled at once. Throws web::ApiError 404.
+  void cancel(const std::string& id);
+  /// The same for a job that may be forgotten already.
+  void cancel_if_known(const std::string& id);
+  /// No more jobs; all are asked to stop, those that wait are cancelled. Waits for nobody.
+  void close();
+  /// The same, and waits for those that run.
   void shut_down();
 
   class Handle {
@@ -38,12 +60,11 @@ class JobBoard {
     /// Changes the status and tells the listeners.
     void update(const std::function<void(web::JobStatus&)>& change);
     std::stop_token stop() const { return stop_; }
-    const std::string& id() const { return id_; }
 
    private:
     friend class JobBoard;
     Handle(JobBoard& board, std::string id, std::stop_token stop)
-        : board_(board), id_(std::move(id)), stop_(stop) {}
+        : board_(board), id_(std::move(id)), stop_(std::move(stop)) {}
     JobBoard& board_;
     std::string id_;
     std::stop_token stop_;
@@ -52,14 +73,31 @@ class JobBoard {
  private:
   struct Job {
     web::JobStatus status;
-    std::jthread thread;
+    std::function<void(Handle&)> work;
+    std::stop_source stop;
   };
-  void change(const std::string& id, const std::function<void(web::JobStatus&)>& change);
-  Job& find(const std::string& id);
+  using JobPtr = std::shared_ptr<Job>;
+  struct Lane {
+    Limits limits;
+    const char* what;
+    std::deque<JobPtr> waiting = {};
+    int running = 0;
+    std::condition_variable ready = {};
+    std::vector<std::thread> threads = {};
+  };
+
+  void serve(Lane& lane);
+  void run(Job& job);
+  /// Under both locks: what became of a job is told in the order in which it happened.
+  void change(Job& job, const std::function<void(web::JobStatus&)>& change);
+  JobPtr find(const std::string& id) const;  ///< throws web::ApiError 404
+  void forget_old();
 
   std::function<void(const web::JobStatus&)> on_change_;
+  std::mutex telling_;  ///< taken before `mutex_`
   mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Job>> jobs_;
+  std::vector<JobPtr> jobs_;  ///< newest last
+  std::array<Lane, 2> lanes_{Lane{motion, "scripts and moves"}, Lane{exports, "exports"}};
   int next_ = 1;
   bool closed_ = false;
 };

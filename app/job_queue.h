@@ -9,13 +9,14 @@
 #include <future>
 #include <memory>
 #include <mutex>
-#include <stdexcept>
 #include <type_traits>
+
+#include "web/backend.h"
 
 namespace flowscope {
 
 /// Jobs are callables on `Room&`; results and exceptions travel back through futures. post() and poke() from
-/// any thread, run_*() from the owner's thread only.
+/// any thread, run_*() from the owner's thread only. post() throws web::ApiError 503 after close().
 template <class Room>
 class JobQueue {
  public:
@@ -26,7 +27,7 @@ class JobQueue {
     auto future = task->get_future();
     {
       std::lock_guard lock(mutex_);
-      if (closed_) throw std::runtime_error("flowscope is shutting down");
+      if (closed_) throw web::ApiError(503, "shutting_down", "flowscope is shutting down");
       jobs_.push_back([task](Room& room) { (*task)(room); });
     }
     wake_.notify_one();

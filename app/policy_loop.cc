@@ -15,6 +15,9 @@ using web::TrainRequest;
 
 namespace {
 constexpr double save_every_minutes = 1.0, validate_every_minutes = 0.5;
+constexpr std::chrono::milliseconds slice{20};
+
+ApiError leaving() { return ApiError(503, "shutting_down", "flowscope is shutting down"); }
 
 /// Keeps a curve short enough to send: every other point goes when it is full.
 template <class T>
@@ -36,15 +39,36 @@ PolicyLoop::PolicyLoop(const DemoStore& store, std::filesystem::path file,
   status_.publish(PolicyStatus{});
   thread_ = std::jthread([this] {
     Room room;
-    auto idle = [&] { return std::chrono::milliseconds(room.training ? 0 : 1000); };
+    auto idle = [&] { return std::chrono::milliseconds(room.training || !room.asked.empty() ? 0 : 1000); };
     while (queue_.run_next(room, idle())) {
-      if (room.training) train_step(room);
+      if (!room.asked.empty())
+        predict_on(room);
+      else if (room.training)
+        train_step(room);
     }
+    for (const Asked& asked : room.asked) asked.answer->set_exception(std::make_exception_ptr(leaving()));
+    room.asked.clear();
     if (room.training) finish(room, "");
   });
 }
 
-PolicyLoop::~PolicyLoop() { queue_.close(); }
+PolicyLoop::~PolicyLoop() { leave(); }
+
+void PolicyLoop::leave() {
+  leaving_ = true;
+  interrupt_step();
+  queue_.close();
+}
+
+void PolicyLoop::interrupt_step() {
+  const std::lock_guard lock(step_mutex_);
+  step_stop_.request_stop();
+}
+
+std::stop_token PolicyLoop::step_stop() {
+  const std::lock_guard lock(step_mutex_);
+  return step_stop_.get_token();
+}
 
 std::future<void> PolicyLoop::load(std::filesystem::path file) {
   return queue_.post([this, file = std::move(file)](Room& room) {
@@ -96,6 +120,10 @@ std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
     room.until_step = request.steps ? now.step + *request.steps : 0;
     room.until_minutes = request.minutes ? now.minutes + *request.minutes : 0;
     room.saved_minutes = room.validated_minutes = now.minutes;
+    {
+      const std::lock_guard lock(step_mutex_);
+      if (!leaving_) step_stop_ = std::stop_source();
+    }
     room.training = true;
     room.report.running = true;
     room.report.error.clear();
@@ -134,6 +162,7 @@ void PolicyLoop::begin(Room& room, const TrainRequest& request) {
 }
 
 std::future<TrainReport> PolicyLoop::stop() {
+  interrupt_step();  // a step of a large network takes many seconds
   return queue_.post([this](Room& room) {
     if (room.training) finish(room, "");
     return room.report;
@@ -142,12 +171,15 @@ std::future<TrainReport> PolicyLoop::stop() {
 
 void PolicyLoop::train_step(Room& room) {
   try {
-    const TrainStatus now = room.trainer->step();
+    const std::stop_token stop = step_stop();
+    const std::int64_t before = room.trainer->status().step;
+    const TrainStatus now = room.trainer->step(stop);
+    if (now.step == before) return;  // given up: the job that ends training comes next
     room.report.status = now;
     append_thinned(room.report.loss_history, {now.step, now.loss});
     if (now.minutes - room.validated_minutes >= validate_every_minutes) {
       room.validated_minutes = now.minutes;
-      room.report.status.validation = room.trainer->validate();
+      room.report.status.validation = room.trainer->validate(4, stop);
       const Validation& v = room.report.status.validation;
       if (v.keyframes > 0)
         append_thinned(room.report.validation_history, {now.step, v.position_mm, v.rotation_deg});
@@ -171,7 +203,10 @@ void PolicyLoop::finish(Room& room, const std::string& error) {
   room.report.running = false;
   room.report.error = error;
   try {
-    if (error.empty() && room.trainer->status().step > 0) room.trainer->save(file_);
+    if (error.empty() && room.trainer->status().step > 0) {
+      room.trainer->save(file_);
+      let_go(room);
+    }
   } catch (const std::exception& failure) {
     room.report.error = failure.what();
     spdlog::error("saving the policy: {}", failure.what());
@@ -207,22 +242,65 @@ void PolicyLoop::demo_removed(const std::string& id) {
 TrainReport PolicyLoop::report() const { return *report_.get(); }
 PolicyStatus PolicyLoop::status() const { return *status_.get(); }
 
+void PolicyLoop::let_go(Room& room) {
+  try {
+    if (leaving_) return;
+    room.loaded = load_policy(file_);
+    room.file = file_;
+    room.trainer = nullptr;
+  } catch (const std::exception& error) {
+    spdlog::warn("the policy just saved cannot be read, so it stays in memory: {}", error.what());
+  }
+}
+
 std::future<std::vector<FlowTrace>> PolicyLoop::predict(PolicyInput input, PredictOptions options,
-                                                        int samples) {
-  return queue_.post([this, input = std::move(input), options = std::move(options), samples](Room& room) {
-    const bool trained_here = room.trainer && room.trainer->status().step > 0;
-    if (!trained_here && !room.loaded)
-      throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
+                                                        int samples, std::stop_token stop) {
+  Asked asked{nullptr, nullptr, std::make_shared<Answer>(), std::move(stop)};
+  auto future = asked.answer->get_future();
+  queue_.post([this, asked = std::move(asked), input = std::move(input), options = std::move(options),
+               samples](Room& room) mutable {
+    const auto answer = asked.answer;
     try {
-      Policy& policy = trained_here ? *room.trainer : *room.loaded;
-      std::vector<FlowTrace> traces = policy.predict_samples(input, options, samples);
-      if (trained_here)
-        for (FlowTrace& trace : traces) trace.policy_file = file_.string();
-      return traces;
+      take_up(room, std::move(asked), input, options, samples);
     } catch (const std::invalid_argument& error) {
-      throw ApiError(400, "bad_option", error.what());
+      answer->set_exception(std::make_exception_ptr(ApiError(400, "bad_option", error.what())));
+    } catch (...) {
+      answer->set_exception(std::current_exception());
     }
   });
+  return future;
+}
+
+void PolicyLoop::take_up(Room& room, Asked asked, const PolicyInput& input, const PredictOptions& options,
+                         int samples) {
+  if (leaving_) throw leaving();
+  const bool trained_here = room.trainer && room.trainer->status().step > 0;
+  if (!trained_here && !room.loaded)
+    throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
+  if (trained_here)
+    asked.policy = room.trainer;
+  else
+    asked.policy = room.loaded;
+  asked.prediction = asked.policy->begin(input, options, samples);
+  asked.in_training = trained_here;
+  room.asked.push_back(std::move(asked));
+}
+
+void PolicyLoop::predict_on(Room& room) {
+  const auto fewest =
+      std::ranges::min_element(room.asked, {}, [](const Asked& asked) { return asked.prediction->left(); });
+  const auto one = room.slices++ % 2 == 0 ? fewest : room.asked.begin();
+  try {
+    if (one->stop.stop_requested()) throw ApiError(409, "cancelled", "the prediction was cancelled");
+    if (one->prediction->advance(slice)) return;
+    std::vector<FlowTrace> traces = one->prediction->take();
+    if (one->in_training)
+      for (FlowTrace& trace : traces) trace.policy_file = file_.string();
+    one->answer->set_value(std::move(traces));
+  } catch (...) {
+    one->answer->set_exception(std::current_exception());
+  }
+  room.asked.erase(one);
 }
 
 }  // namespace flowscope

@@ -43,15 +43,16 @@ std::string state_sha256(const SceneState& state) {
 }
 
 std::optional<GripperAction> ExpertBook::keyframe(const std::string& task, int variation, std::uint64_t seed,
-                                                  int k) {
+                                                  int k, std::stop_token stop) {
   std::lock_guard lock(mutex_);
   const Scene scene{task, variation, seed};
   auto it = known_.find(scene);
   if (it == known_.end()) {
     World world(tasks_.get(task));
     world.reset(variation, seed);
-    const RunReport report =
-        run_script(world, world.episode().demonstration, [](const SceneState&) { return Observation{}; });
+    const RunReport report = run_script(
+        world, world.episode().demonstration, [](const SceneState&) { return Observation{}; }, {}, stop);
+    if (stop.stop_requested()) return std::nullopt;
     std::vector<GripperAction> actions;
     if (report.demo) {
       for (const auto& keyframe : report.demo->keyframes) actions.push_back(keyframe.action);

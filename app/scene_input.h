@@ -29,8 +29,9 @@ std::string state_sha256(const SceneState& state);
 class ExpertBook {
  public:
   explicit ExpertBook(const TaskLibrary& tasks) : tasks_(tasks) {}
-  /// None when the expert fails there or has fewer keyframes.
-  std::optional<GripperAction> keyframe(const std::string& task, int variation, std::uint64_t seed, int k);
+  /// None when the expert fails there or has fewer keyframes, or was stopped on the way.
+  std::optional<GripperAction> keyframe(const std::string& task, int variation, std::uint64_t seed, int k,
+                                        std::stop_token stop = {});
 
  private:
   using Scene = std::tuple<std::string, int, std::uint64_t>;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/memory.h"
+
 namespace flowscope {
 
 using web::ApiError;
@@ -27,7 +29,10 @@ Studio::Studio(const StudioOptions& options)
       render_(tasks_, sim_.snapshot(), encode_),
       policy_(demos_, options.data / "policies" / "live.flow",
               [this](const web::TrainReport&) { ++change_; }),
-      jobs_([this](const web::JobStatus& status) { send(status); }) {
+      jobs_([this](const web::JobStatus& status) {
+        untidy_ = true;
+        send(status);
+      }) {
   std::filesystem::create_directories(options.data / "policies");
   std::filesystem::create_directories(options.data / "exports");
   if (options.scene) open_scene(options.scene);
@@ -66,7 +71,13 @@ void Studio::open_policy() {
 Studio::~Studio() {
   announcer_.request_stop();
   attach(nullptr);
+  leave();
   jobs_.shut_down();
+}
+
+void Studio::leave() {
+  jobs_.close();
+  policy_.leave();
 }
 
 void Studio::attach(web::Server* server) {
@@ -97,6 +108,7 @@ void Studio::announce(std::stop_token stop) {
   bool was_training = false;
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    tidy();
     const std::uint64_t now = change_;
     const std::string failure = render_.failure();
     if ((now == told && failure == told_failure) || !sim_.snapshot().get()) continue;
@@ -105,9 +117,18 @@ void Studio::announce(std::stop_token stop) {
     draw_waypoints();
     send(state());
     const auto report = policy_.report();
+    if (was_training && !report.running) untidy_ = true;
     if (report.running != was_training || (report.running && beat++ % 5 == 0)) send(report);
     was_training = report.running;
   }
+}
+
+void Studio::tidy() {
+  constexpr std::chrono::seconds apart{5};
+  const auto now = std::chrono::steady_clock::now();
+  if (now - tidied_ < apart || !untidy_.exchange(false)) return;
+  tidied_ = now;
+  give_back_memory();
 }
 
 web::Health Studio::health() {
@@ -152,10 +173,7 @@ StateSnapshot Studio::state() {
   s.teleop = teleop();
   std::lock_guard lock(mutex_);
   s.shown = shown_;
-  if (!motion_job_.empty()) {
-    const auto job = jobs_.get(motion_job_);
-    if (job.state == "running" || job.state == "queued") s.recording = {job.kind == "script", job.id};
-  }
+  if (jobs_.goes_on(motion_job_)) s.recording = {jobs_.get(motion_job_).kind == "script", motion_job_};
   return s;
 }
 
@@ -176,7 +194,7 @@ void Studio::interrupt_motion() {
     std::lock_guard lock(mutex_);
     running = motion_job_;
   }
-  if (!running.empty()) jobs_.cancel(running);
+  jobs_.cancel_if_known(running);
 }
 
 void Studio::clear_shown() {

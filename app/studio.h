@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -10,6 +11,7 @@
 #include <thread>
 
 #include "app/job_board.h"
+#include "app/long_predictions.h"
 #include "app/policy_loop.h"
 #include "app/render_loop.h"
 #include "app/scene_input.h"
@@ -37,6 +39,9 @@ class Studio : public web::Backend {
   explicit Studio(const StudioOptions& options);
   ~Studio() override;
 
+  /// The program is to end: jobs are asked to stop, predictions and training end, and calls that would begin
+  /// something get ApiError 503. Waits for nobody; the server answers what is still under way.
+  void leave();
   /// From now on pictures and events go to `server`; null: to nobody. The first scene opens then.
   void attach(web::Server* server);
 
@@ -86,6 +91,8 @@ class Studio : public web::Backend {
  private:
   SimLoop::SnapshotPtr scene() const;  ///< throws ApiError 503 before the first scene is open
   void announce(std::stop_token stop);
+  /// Some seconds after work that took memory.
+  void tidy();
   void send(web::Event event);
   void open_policy();
   void open_scene(const std::shared_ptr<const Task>& scene);
@@ -103,7 +110,8 @@ class Studio : public web::Backend {
   static Script read_script(const std::string& text, const std::string& open_task);
   /// The state that a view shows now.
   SceneState shown_state() const;
-  std::string keep(StoredTrace stored);
+  std::string keep(StoredTrace stored, std::stop_token stop = {});
+  std::vector<std::string> predict_until(const web::PredictRequest& request, std::stop_token stop);
 
   const StudioOptions options_;
   TaskLibrary tasks_;
@@ -119,7 +127,10 @@ class Studio : public web::Backend {
   std::optional<web::StateSnapshot::Shown> shown_;
   std::string motion_job_, first_failure_;
   std::atomic<std::uint64_t> predictions_{0}, change_{1};
+  std::atomic<bool> untidy_{false};  ///< memory was freed that the operating system may have back
+  std::chrono::steady_clock::time_point tidied_{};
   std::atomic<int> next_export_{1};
+  LongPredictions long_predictions_;
 
   // In this order: what comes later uses what comes earlier and ends before it.
   EncodeLoop encode_;

@@ -64,34 +64,36 @@ std::string Studio::run_script(const web::ScriptRequest& request) {
   clear_shown();
   show_failure({}, "");
   std::lock_guard lock(mutex_);
-  motion_job_ = jobs_.start("script", [this, script, record = request.record](JobBoard::Handle& handle) {
-    // A demonstration starts where the benchmark's does: at the reset scene.
-    const auto before = scene();
-    if (record) sim_.reset(before->task, before->variation, before->seed).get();
-    handle.update([&](JobStatus& s) { s.message = record ? "recording" : "running"; });
-    auto observe = [this, record](const SceneState& state) {
-      return record ? render_.observe(state).get() : Observation{};
-    };
-    const RunReport report = sim_.run_script(script, observe, handle.stop()).get();
-    if (!report.success) show_failure(report.world_from_tool, report.reason);
-    if (!report.success && record) {
-      throw ApiError(422, "run_failed", report.reason,
-                     report.line > 0 ? "script:" + std::to_string(report.line) : "");
-    }
-    if (!report.reason.empty() && !report.success) {
-      handle.update([&](JobStatus& s) { s.message = report.reason; });
-    }
-    std::string id;
-    if (record && report.demo) {
-      id = demos_.save(*report.demo);
-      policy_.demo_saved(id);
-    }
-    handle.update([&](JobStatus& s) {
-      s.demo = id;
-      s.success = report.success;
-      if (report.success) s.message = id.empty() ? "the task succeeded" : "saved " + id;
-    });
-  });
+  jobs_.cancel_if_known(motion_job_);  // two calls at once: the later one moves the arm
+  motion_job_ = jobs_.start(
+      JobLane::motion, "script", [this, script, record = request.record](JobBoard::Handle& handle) {
+        // A demonstration starts where the benchmark's does: at the reset scene.
+        const auto before = scene();
+        if (record) sim_.reset(before->task, before->variation, before->seed).get();
+        handle.update([&](JobStatus& s) { s.message = record ? "recording" : "running"; });
+        auto observe = [this, record](const SceneState& state) {
+          return record ? render_.observe(state).get() : Observation{};
+        };
+        const RunReport report = sim_.run_script(script, observe, handle.stop()).get();
+        if (!report.success) show_failure(report.world_from_tool, report.reason);
+        if (!report.success && record) {
+          throw ApiError(422, "run_failed", report.reason,
+                         report.line > 0 ? "script:" + std::to_string(report.line) : "");
+        }
+        if (!report.reason.empty() && !report.success) {
+          handle.update([&](JobStatus& s) { s.message = report.reason; });
+        }
+        std::string id;
+        if (record && report.demo) {
+          id = demos_.save(*report.demo);
+          policy_.demo_saved(id);
+        }
+        handle.update([&](JobStatus& s) {
+          s.demo = id;
+          s.success = report.success;
+          if (report.success) s.message = id.empty() ? "the task succeeded" : "saved " + id;
+        });
+      });
   return motion_job_;
 }
 
@@ -108,7 +110,8 @@ std::string Studio::execute_trace(const std::string& id) {
   show_failure({}, "");
   render_.unpin();  // the living scene from now on, with the prediction still drawn
   std::lock_guard lock(mutex_);
-  motion_job_ = jobs_.start("execute", [this, stored](JobBoard::Handle& handle) {
+  jobs_.cancel_if_known(motion_job_);
+  motion_job_ = jobs_.start(JobLane::motion, "execute", [this, stored](JobBoard::Handle& handle) {
     handle.update([](JobStatus& s) { s.message = "moving to the predicted keyframe"; });
     const MotionResult result = sim_.execute(stored->trace.result, stored->trace.seed, handle.stop()).get();
     const auto after = scene();
@@ -123,7 +126,7 @@ std::string Studio::execute_trace(const std::string& id) {
     web::PredictRequest next;
     next.flow_steps = stored->trace.flow_steps;
     next.seed = stored->trace.seed;
-    const auto ids = predict(next);
+    const auto ids = predict_until(next, handle.stop());
     show_trace(ids.front(), next.flow_steps);
     handle.update([&](JobStatus& s) { s.message = "arrived; the next prediction is " + ids.front(); });
   });
@@ -161,33 +164,42 @@ std::string Studio::export_media(const web::ExportRequest& request) {
   }
   if (request.kind == "strip" && !stored)
     throw ApiError(400, "nothing_to_show", "a strip shows the steps of a trace", "trace");
+  if (request.kind == "strip" && stored->trace.steps.size() > strip_most_steps) {
+    throw ApiError(400, "too_many_steps",
+                   "a strip shows at most " + std::to_string(strip_most_steps) +
+                       " states of a flow: predict with fewer steps, or make an mp4",
+                   "trace");
+  }
   if (request.kind == "strip")
     view.width = std::min(view.width, 640), view.height = std::min(view.height, 480);
   const std::string subject = !request.demo.empty() ? request.demo : stored ? stored->trace.id : "scene";
   const std::string name =
       utc_now().substr(0, 10) + "-" + subject + "-" + std::to_string(next_export_++) + ending->second;
   const auto path = options_.data / "exports" / name;
-  return jobs_.start("export", [=, this](JobBoard::Handle& handle) {
+  const auto now = scene();  // what is drawn is what there was when it was asked for, however long it waits
+  const bool of_scene = request.kind == "png" && !stored && request.demo.empty();
+  const Overlay layers = of_scene ? render_.overlay(view) : Overlay{};
+  return jobs_.start(JobLane::exports, "export", [=, this](JobBoard::Handle& handle) {
     handle.update([&](JobStatus& s) { s.message = "drawing " + name; });
     auto progress = [&](double done) { handle.update([&](JobStatus& s) { s.progress = done; }); };
     const auto still = [&] {
       if (stored) return stored->state;
-      return request.demo.empty() ? scene()->state : demos_.load(request.demo).frames.back().state;
+      return request.demo.empty() ? now->state : demos_.load(request.demo).frames.back().state;
     };
     if (request.kind == "png" && stored) {
       Overlay overlay = overlay_of(stored->trace, request.step.value_or(stored->trace.flow_steps));
       if (view.detectors) overlay = together(overlay, detectors_of(tasks_, stored->trace, stored->state));
-      export_png(tasks_, stored->state, view, overlay, path);
+      export_png(tasks_, stored->state, view, overlay, path, handle.stop());
     } else if (request.kind == "png" && !request.demo.empty()) {
       const Demo demo = demos_.load(request.demo);
       const Overlay overlay = view.detectors ? detectors_of(tasks_, demo, demo.frames.size() - 1) : Overlay{};
-      export_png(tasks_, demo.frames.back().state, view, overlay, path);
+      export_png(tasks_, demo.frames.back().state, view, overlay, path, handle.stop());
     } else if (request.kind == "png") {
-      export_png(tasks_, scene()->state, view, render_.overlay(view), path);
+      export_png(tasks_, now->state, view, layers, path, handle.stop());
     } else if (request.kind == "strip") {
       export_strip(tasks_, still(), stored->trace, view, path, handle.stop());
     } else if (request.kind == "cloud") {
-      export_cloud(tasks_, still(), 0, path);
+      export_cloud(tasks_, still(), 0, path, handle.stop());
     } else if (stored) {
       export_trace_mp4(tasks_, stored->state, stored->trace, view, path, progress, handle.stop());
     } else {

@@ -12,11 +12,12 @@ web::TrainReport Studio::train(const web::TrainRequest& request) {
 
 web::TrainReport Studio::train_report() { return policy_.report(); }
 
-std::string Studio::keep(StoredTrace stored) {
+std::string Studio::keep(StoredTrace stored, std::stop_token stop) {
   ++predictions_;
-  const auto& s = stored.input;
-  if (const auto expert = experts_.keyframe(stored.trace.scene.task, stored.trace.scene.variation,
-                                            stored.trace.scene.seed, s.keyframe_index)) {
+  untidy_ = true;
+  if (const auto expert =
+          experts_.keyframe(stored.trace.scene.task, stored.trace.scene.variation, stored.trace.scene.seed,
+                            stored.input->keyframe_index, std::move(stop))) {
     compare_with_expert(stored.trace, *expert);
   }
   const std::string id = traces_.add(std::move(stored));
@@ -25,35 +26,37 @@ std::string Studio::keep(StoredTrace stored) {
 }
 
 std::vector<std::string> Studio::predict(const web::PredictRequest& request) {
+  const LongPredictions::Place place(long_predictions_, request.flow_steps * request.samples);
+  return predict_until(request, {});
+}
+
+std::vector<std::string> Studio::predict_until(const web::PredictRequest& request, std::stop_token stop) {
   const auto sim = scene();
-  StoredTrace stored;
-  stored.state = sim->state;
-  stored.episode = sim->episode;
-  stored.input.instruction = sim->instruction;
-  stored.input.robot = tasks_.get(sim->task)->robot().name;
-  stored.input.history = sim->keyframe_history;
-  stored.input.keyframe_index = static_cast<int>(sim->keyframe_history.size()) - 1;
-  stored.input.observation = render_.observe(sim->state).get();
+  const auto input = std::make_shared<PolicyInput>();
+  input->instruction = sim->instruction;
+  input->robot = tasks_.get(sim->task)->robot().name;
+  input->history = sim->keyframe_history;
+  input->keyframe_index = static_cast<int>(sim->keyframe_history.size()) - 1;
+  input->observation = render_.observe(sim->state).get();
   PredictOptions options;
   options.flow_steps = request.flow_steps;
   options.seed = request.seed;
   options.radius_kind = request.radius;
   options.integrator = request.integrator;
-  std::vector<FlowTrace> traces = policy_.predict(stored.input, options, request.samples).get();
+  std::vector<FlowTrace> traces = policy_.predict(*input, options, request.samples, stop).get();
   if (request.objective && *request.objective != traces.front().objective) {
     throw ApiError(400, "bad_option",
                    "this policy was trained with the objective " + traces.front().objective, "objective");
   }
   std::vector<std::string> ids;
   for (FlowTrace& trace : traces) {
-    StoredTrace one = stored;
-    one.trace = std::move(trace);
+    StoredTrace one{std::move(trace), sim->state, input, sim->episode};
     one.trace.scene.task = sim->task;
     one.trace.scene.variation = sim->variation;
     one.trace.scene.seed = sim->seed;
-    one.trace.scene.keyframe = stored.input.keyframe_index;
+    one.trace.scene.keyframe = input->keyframe_index;
     one.trace.scene.state_sha256 = state_sha256(sim->state);
-    ids.push_back(keep(std::move(one)));
+    ids.push_back(keep(std::move(one), stop));
   }
   return ids;
 }
@@ -102,8 +105,9 @@ std::string Studio::branch_trace(const std::string& id, const web::BranchRequest
   options.integrator = parent->trace.integrator;
   options.branch = PredictOptions::Branch{&parent->trace, request.step, request.position, request.quaternion,
                                           request.radius_m};
-  StoredTrace child = *parent;
-  child.trace = std::move(policy_.predict(parent->input, options).get().front());
+  const LongPredictions::Place place(long_predictions_, options.flow_steps);
+  StoredTrace child{std::move(policy_.predict(*parent->input, options).get().front()), parent->state,
+                    parent->input, parent->episode};
   child.trace.scene = parent->trace.scene;
   child.trace.parent = FlowTrace::Parent{id, request.step};
   return keep(std::move(child));

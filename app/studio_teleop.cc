@@ -69,11 +69,8 @@ void Studio::take_over() {
   bool shown = false;
   {
     std::lock_guard lock(mutex_);
-    if (!motion_job_.empty()) {
-      const auto job = jobs_.get(motion_job_);
-      if (job.state == "running" || job.state == "queued")
-        throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)");
-    }
+    if (jobs_.goes_on(motion_job_))
+      throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)");
     shown = shown_.has_value();
   }
   if (shown) clear_shown();

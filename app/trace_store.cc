@@ -1,6 +1,7 @@
 #include "app/trace_store.h"
 
-#include <chrono>
+#include <spdlog/spdlog.h>
+
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -28,9 +29,16 @@ TraceEntry entry_of(const FlowTrace& trace) {
   return entry;
 }
 
-TraceStore::TraceStore(std::filesystem::path folder) : folder_(std::move(folder)) {
-  std::filesystem::create_directories(folder_);
+namespace {
+
+std::filesystem::path made(std::filesystem::path folder) {
+  std::filesystem::create_directories(folder);
+  return folder;
 }
+
+}  // namespace
+
+TraceStore::TraceStore(std::filesystem::path folder) : folder_(made(std::move(folder))), shelf_(folder_) {}
 
 std::string TraceStore::add(StoredTrace stored) {
   stored.trace.created = utc_now();
@@ -43,27 +51,48 @@ std::string TraceStore::add(StoredTrace stored) {
   }
   const std::string id = stored.trace.id;
   write_trace_file(folder_ / (id + ".json"), {stored.trace});
-  traces_[id] = std::make_shared<const StoredTrace>(std::move(stored));
+  TraceEntry entry = entry_of(stored.trace);
+  traces_[id] = {std::move(entry), std::make_shared<const StoredTrace>(std::move(stored))};
+  in_memory_.push_back(id);
+  shelve_older();
   return id;
+}
+
+void TraceStore::shelve_older() {
+  try {
+    while (in_memory_.size() > newest_in_memory) {
+      Kept& oldest = traces_.at(in_memory_.front());
+      oldest.place = shelf_.put(*oldest.whole);
+      oldest.whole = nullptr;
+      in_memory_.pop_front();
+    }
+  } catch (const std::system_error& error) {
+    spdlog::warn("{}: it stays in memory", error.what());
+  }
 }
 
 std::shared_ptr<const StoredTrace> TraceStore::get(const std::string& id) const {
   std::lock_guard lock(mutex_);
   const auto it = traces_.find(id);
   if (it == traces_.end()) throw ApiError(404, "not_found", "there is no trace " + id);
-  return it->second;
+  const Kept& kept = it->second;
+  return kept.whole ? kept.whole : std::make_shared<const StoredTrace>(shelf_.take(kept.place));
 }
 
 std::vector<TraceEntry> TraceStore::list() const {
   std::lock_guard lock(mutex_);
   std::vector<TraceEntry> entries;
-  for (const auto& [id, stored] : traces_) entries.push_back(entry_of(stored->trace));
+  for (const auto& [id, kept] : traces_) entries.push_back(kept.entry);
   return entries;
 }
 
 void TraceStore::remove(const std::string& id) {
   std::lock_guard lock(mutex_);
-  if (traces_.erase(id) == 0) throw ApiError(404, "not_found", "there is no trace " + id);
+  const auto it = traces_.find(id);
+  if (it == traces_.end()) throw ApiError(404, "not_found", "there is no trace " + id);
+  if (!it->second.whole) shelf_.drop(it->second.place);
+  traces_.erase(it);
+  std::erase(in_memory_, id);
   std::filesystem::remove(folder_ / (id + ".json"));
 }
 

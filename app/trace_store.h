@@ -1,6 +1,8 @@
-// The traces of a data folder: in memory as made, on disk as the contract's JSON.
+// The traces of a data folder: on disk as the contract's JSON; with all that drawing and branching need, the
+// newest in memory and the others on a shelf.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -8,25 +10,18 @@
 #include <string>
 #include <vector>
 
-#include "policy/policy.h"
-#include "render/scene_state.h"
+#include "app/trace_shelf.h"
 #include "web/backend.h"
 
 namespace flowscope {
 
-/// A trace together with the scene it was made in, which drawing and branching need.
-struct StoredTrace {
-  FlowTrace trace;
-  SceneState state;
-  PolicyInput input;
-  std::uint64_t episode = 0;
-};
-
 /// Any thread.
 class TraceStore {
  public:
+  static constexpr std::size_t newest_in_memory = 8;
+
   explicit TraceStore(std::filesystem::path folder);
-  /// Gives the trace an id and a date, writes <id>.json atomically, keeps it in memory.
+  /// Gives the trace an id and a date, writes <id>.json atomically, keeps it.
   std::string add(StoredTrace trace);
   /// Throws web::ApiError 404.
   std::shared_ptr<const StoredTrace> get(const std::string& id) const;
@@ -34,9 +29,19 @@ class TraceStore {
   void remove(const std::string& id);
 
  private:
+  struct Kept {
+    web::TraceEntry entry;
+    std::shared_ptr<const StoredTrace> whole;  ///< null: on the shelf
+    TraceShelf::Place place = {};
+  };
+  /// Puts what is not among the newest on the shelf; what finds no room there stays.
+  void shelve_older();
+
   const std::filesystem::path folder_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<const StoredTrace>> traces_;  // ids sort by age
+  TraceShelf shelf_;
+  std::map<std::string, Kept> traces_;
+  std::deque<std::string> in_memory_;  ///< the oldest first
   int next_ = 1;
 };
 

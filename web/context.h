@@ -28,9 +28,10 @@ struct Context {
   ServerOptions options;
   Backend& backend;
   Counters counters;
+  std::atomic<bool> leaving{false};  ///< calls that have not begun are told so
   Gate gate;
   StaticFiles page;
-  WorkerPool quick{2}, slow{2};
+  WorkerPool quick{2}, slow{4};
   WorkerPool notices{1, 4096};  ///< one thread: viewer counts arrive in order
   Router router;
   FrameHub frames;

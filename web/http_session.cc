@@ -195,10 +195,13 @@ void HttpSession::dispatch() {
 }
 
 void HttpSession::run(const Route& route, Request request) {
+  const auto leaving = [] { return ApiError(503, "shutting_down", "flowscope is shutting down"); };
+  if (context_->leaving) throw leaving();
   WorkerPool& pool = route.lane == Lane::slow ? context_->slow : context_->quick;
-  const bool posted = pool.post([self = shared_from_this(), &route, request = std::move(request)] {
+  const bool posted = pool.post([self = shared_from_this(), &route, leaving, request = std::move(request)] {
     Response response;
     try {
+      if (self->context_->leaving) throw leaving();
       response = route.handle(request);
     } catch (const ApiError& error) {
       response = error_response(error);

@@ -9,6 +9,7 @@ namespace flowscope::web::wire {
 namespace {
 
 constexpr int most_flow_steps = 1000, most_samples = 64, most_variations = 1 << 20;
+constexpr int most_evaluations = 4000;                  ///< of the network, for all samples of one call
 constexpr int smallest_side = 16, largest_side = 4096;  ///< pixels
 
 int whole(Fields& fields, const std::string& key, int low, int high) {
@@ -157,6 +158,13 @@ PredictRequest predict_request(const Json& body) {
   if (fields.has("radius")) request.radius = fields.one_of("radius", radii);
   if (fields.has("integrator"))
     request.integrator = fields.one_of("integrator", {"euler", "midpoint", "rk4"});
+  const int stages = request.integrator == "rk4" ? 4 : request.integrator == "midpoint" ? 2 : 1;
+  if (request.flow_steps * request.samples * stages > most_evaluations) {
+    fields.fail(request.samples > 1 ? "samples" : "flow_steps",
+                "flow_steps times samples times the integrator's stages (euler 1, midpoint 2, rk4 4) may be "
+                "at most " +
+                    std::to_string(most_evaluations));
+  }
   fields.finish();
   return request;
 }

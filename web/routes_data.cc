@@ -40,7 +40,8 @@ void add_data_routes(std::vector<Route>& routes, Backend& backend) {
                     },
                     {{"keyframe", R"({"type":"integer","minimum":-1,"default":-1})"},
                      {"camera", R"({"type":"string","default":"front"})"}}});
-  routes.push_back({"POST", "/api/v1/export", "Writes a figure, film or cloud", Lane::quick,
+  routes.push_back({"POST", "/api/v1/export",
+                    "Writes a figure, film or cloud: two at a time, 16 wait, 429 beyond", Lane::quick,
                     R"({"type":"object","required":["kind"],"properties":{
                       "kind":{"enum":["png","mp4","strip","cloud","gltf","report"]},"trace":{"type":"string"},
                       "demo":{"type":"string"},"step":{"type":"integer","minimum":0},"camera":{"type":"string"},

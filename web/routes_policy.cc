@@ -16,7 +16,9 @@ constexpr const char* train_schema = R"({"type":"object","required":["action"],"
   "radius":{"enum":["linear","cosine","off"]},"point_encoder":{"type":["boolean","string"]},
   "grounded":{"type":"boolean"},"augment":{"type":"boolean"},"seed":{"type":"integer","minimum":0}}})";
 
-constexpr const char* predict_schema = R"({"type":"object","properties":{
+constexpr const char* predict_schema = R"({"type":"object",
+  "description":"flow_steps x samples x stages of the integrator (euler 1, midpoint 2, rk4 4) may be at most 4000. From 100 steps of all samples together a prediction is long: two long ones at a time, 429 beyond; short ones pass them.",
+  "properties":{
   "flow_steps":{"type":"integer","minimum":1,"maximum":1000,"default":4},
   "seed":{"type":"integer","minimum":0},"samples":{"type":"integer","minimum":1,"maximum":64,"default":1},
   "integrator":{"enum":["euler","midpoint","rk4"],"default":"euler","description":"diffusion takes its own steps only"},

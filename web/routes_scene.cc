@@ -72,18 +72,18 @@ void add_scene_routes(std::vector<Route>& routes, Backend& backend) {
                       return json_response({{"job", job}}, 202);
                     }});
   routes.back().success = 202;
-  routes.push_back(
-      {"GET", "/api/v1/jobs", "All known jobs", Lane::quick, "", "Jobs", [&backend](const Request&) {
-         Json list = Json::array();
-         for (const JobStatus& job : backend.jobs()) list.push_back(wire::to_json(job));
-         return json_response({{"jobs", std::move(list)}});
-       }});
+  routes.push_back({"GET", "/api/v1/jobs", "Jobs: those that wait or run, and the newest 100 that ended",
+                    Lane::quick, "", "Jobs", [&backend](const Request&) {
+                      Json list = Json::array();
+                      for (const JobStatus& job : backend.jobs()) list.push_back(wire::to_json(job));
+                      return json_response({{"jobs", std::move(list)}});
+                    }});
   routes.push_back({"GET", "/api/v1/jobs/{id}", "How far a job is", Lane::quick, "", "Job",
                     [&backend](const Request& request) {
                       return json_response(wire::to_json(backend.job(request.param("id"))));
                     }});
-  routes.push_back({"DELETE", "/api/v1/jobs/{id}", "Cancels a job", Lane::quick, "", "Job",
-                    [&backend](const Request& request) {
+  routes.push_back({"DELETE", "/api/v1/jobs/{id}", "Cancels a job; one that waits at once", Lane::quick, "",
+                    "Job", [&backend](const Request& request) {
                       backend.cancel_job(request.param("id"));
                       return json_response(wire::to_json(backend.job(request.param("id"))));
                     }});

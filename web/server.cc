@@ -2,6 +2,8 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <future>
 #include <map>
 #include <mutex>
@@ -22,16 +24,24 @@ struct Server::Impl {
   }
 
   ~Impl() {
-    net::post(io, [this] {
-      listener.close();
-      context->frames.close_all();
-      context->events.close_all("the server stops");
-      net::post(io, [this] { io.stop(); });
+    context->leaving = true;
+    net::post(io, [this] { listener.close(); });
+    // Who waits for an answer gets one, if only that there will be none.
+    context->quick.finish();
+    context->slow.finish();
+    net::steady_timer answers_leave(io);
+    net::post(io, [&] {
+      answers_leave.expires_after(std::chrono::milliseconds(100));
+      answers_leave.async_wait([this](boost::system::error_code) { close(); });
     });
     thread.join();
-    context->quick.stop();
-    context->slow.stop();
     context->notices.stop();
+  }
+
+  void close() {
+    context->frames.close_all();
+    context->events.close_all("the server stops");
+    net::post(io, [this] { io.stop(); });
   }
 
   void run() {

@@ -23,6 +23,18 @@ void WorkerPool::stop() {
     stopped_ = true;
     dropped.swap(tasks_);
   }
+  join();
+}
+
+void WorkerPool::finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  join();
+}
+
+void WorkerPool::join() {
   ready_.notify_all();
   for (std::thread& thread : threads_)
     if (thread.joinable()) thread.join();

@@ -21,9 +21,12 @@ class WorkerPool {
   bool post(std::function<void()> task);
   /// Finishes what runs, drops what waits, joins. Never call it from a task.
   void stop();
+  /// The same, but what waits is done, too.
+  void finish();
 
  private:
   void run();
+  void join();
   std::mutex mutex_;
   std::condition_variable ready_;
   std::deque<std::function<void()>> tasks_;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "app/scene_input.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_folder.h"
 
@@ -35,6 +36,15 @@ class PolicyLoopTest : public ::testing::Test {
     return loop.report().status.step;
   }
 
+  static int refused(std::future<std::vector<FlowTrace>>& answer) {
+    try {
+      answer.get();
+    } catch (const web::ApiError& error) {
+      return error.status;
+    }
+    return 200;
+  }
+
   const testing::TemporaryFolder folder_;
   const std::filesystem::path file_ = folder_.path() / "policies" / "live.flow";
   std::unique_ptr<DemoStore> store_;
@@ -56,6 +66,49 @@ TEST_F(PolicyLoopTest, GoesOnAfterTheEndAndAfterAnotherProgramStart) {
   EXPECT_EQ(train(later, request(2, true)), 7);
   EXPECT_EQ(later.report().status.demos, 1);
   EXPECT_EQ(train(later, request(2, false)), 2) << "without resume it starts afresh";
+}
+
+TEST_F(PolicyLoopTest, ShortPredictionsPassLongOnesWhichCanBeStopped) {
+  std::filesystem::create_directories(file_.parent_path());
+  PolicyLoop loop(*store_, file_, [](const web::TrainReport&) {});
+  train(loop, request(2, false));
+  const PolicyInput input = input_of(store_->load(store_->list().front().id), 0);
+  PredictOptions many, few;
+  many.flow_steps = 1000;
+  few.flow_steps = 4;
+  const auto alone = load_policy(file_)->predict_samples(input, few, 2);
+  std::stop_source stop;
+  auto first = loop.predict(input, many, 64, stop.get_token()), second = loop.predict(input, many, 64);
+  const auto passed = loop.predict(input, few, 2).get();
+  for (auto* running : {&first, &second})
+    EXPECT_EQ(running->wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+  ASSERT_EQ(passed.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(passed[i].steps.back().x, alone[i].steps.back().x) << "company changes no bit";
+    EXPECT_EQ(passed[i].weights_sha256, alone[i].weights_sha256);
+  }
+  loop.stop().get();  // training can be started and ended beside them
+  stop.request_stop();
+  EXPECT_EQ(refused(first), 409);
+  loop.leave();
+  EXPECT_EQ(refused(second), 503);
+  try {
+    auto late = loop.predict(input, few);
+    EXPECT_EQ(refused(late), 503);
+  } catch (const web::ApiError& error) {
+    EXPECT_EQ(error.status, 503);
+  }
+}
+
+TEST_F(PolicyLoopTest, LeavingKeepsWhatWasTrained) {
+  std::filesystem::create_directories(file_.parent_path());
+  {
+    PolicyLoop loop(*store_, file_, [](const web::TrainReport&) {});
+    loop.start(request(1'000'000, false)).get();
+    while (loop.report().status.step < 3) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    loop.leave();
+  }
+  EXPECT_GE(load_policy(file_)->generation(), 3u);
 }
 
 }  // namespace

@@ -79,11 +79,12 @@ web::JobStatus wait_for_end(const JobBoard& board, const std::string& id) {
 TEST(JobBoard, DoneFailedAndCancelledAreDifferentEnds) {
   std::atomic<int> changes{0};
   JobBoard board([&](const web::JobStatus&) { ++changes; });
-  const auto done =
-      board.start("a", [](JobBoard::Handle& h) { h.update([](auto& s) { s.progress = 0.5; }); });
-  const auto failed =
-      board.start("b", [](JobBoard::Handle&) { throw web::ApiError(422, "nope", "because", "line 3"); });
-  const auto endless = board.start("c", [](JobBoard::Handle& h) {
+  const auto done = board.start(JobLane::exports, "a",
+                                [](JobBoard::Handle& h) { h.update([](auto& s) { s.progress = 0.5; }); });
+  const auto failed = board.start(JobLane::exports, "b", [](JobBoard::Handle&) {
+    throw web::ApiError(422, "nope", "because", "line 3");
+  });
+  const auto endless = board.start(JobLane::motion, "c", [](JobBoard::Handle& h) {
     while (!h.stop().stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   });
   EXPECT_EQ(wait_for_end(board, done).state, "done");
@@ -96,6 +97,82 @@ TEST(JobBoard, DoneFailedAndCancelledAreDifferentEnds) {
   EXPECT_EQ(wait_for_end(board, endless).state, "cancelled");
   EXPECT_GE(changes.load(), 6);
   EXPECT_THROW(board.get("job-99"), web::ApiError);
+}
+
+void until_stopped(JobBoard::Handle& handle) {
+  while (!handle.stop().stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+int refusal(JobBoard& board, JobLane lane) {
+  try {
+    board.start(lane, "one more", [](JobBoard::Handle&) {});
+  } catch (const web::ApiError& error) {
+    return error.status;
+  }
+  return 0;
+}
+
+TEST(JobBoard, FewRunSomeWaitAndTheRestIsRefused) {
+  JobBoard board([](const web::JobStatus&) {});
+  std::atomic<int> running{0}, most{0};
+  std::vector<std::string> ids;
+  const std::size_t places = JobBoard::exports.workers + JobBoard::exports.waiting;
+  for (std::size_t i = 0; i < places; ++i) {
+    ids.push_back(board.start(JobLane::exports, "film", [&](JobBoard::Handle& handle) {
+      most = std::max(most.load(), ++running);
+      until_stopped(handle);
+      --running;
+    }));
+  }
+  EXPECT_EQ(refusal(board, JobLane::exports), 429);
+  EXPECT_EQ(refusal(board, JobLane::motion), 0) << "the arm waits for no film";
+  // One that waits is cancelled at once, never runs, and leaves its place.
+  EXPECT_EQ(board.get(ids.back()).state, "queued");
+  board.cancel(ids.back());
+  EXPECT_EQ(board.get(ids.back()).state, "cancelled");
+  EXPECT_EQ(refusal(board, JobLane::exports), 0);
+  for (const std::string& id : ids) board.cancel(id);
+  for (const std::string& id : ids) EXPECT_EQ(wait_for_end(board, id).state, "cancelled");
+  EXPECT_LE(most, JobBoard::exports.workers);
+}
+
+TEST(JobBoard, OldEndedJobsAreForgottenAndWhatGoesOnIsNot) {
+  JobBoard board([](const web::JobStatus&) {});
+  const std::string first = board.start(JobLane::exports, "quick", [](JobBoard::Handle&) {});
+  const std::string endless = board.start(JobLane::motion, "endless", until_stopped);
+  for (std::size_t i = 0; i < JobBoard::ended_kept; ++i)
+    wait_for_end(board, board.start(JobLane::exports, "quick", [](JobBoard::Handle&) {}));
+  // The last one is counted a moment after it says that it is done.
+  for (int i = 0; i < 1000 && board.all().size() > JobBoard::ended_kept + 1; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_EQ(board.all().size(), JobBoard::ended_kept + 1);
+  EXPECT_THROW(board.get(first), web::ApiError);
+  EXPECT_NO_THROW(board.cancel_if_known(first));
+  EXPECT_TRUE(board.goes_on(endless));
+  EXPECT_FALSE(board.goes_on(first));
+}
+
+TEST(JobBoard, WhatWasKeptBeforeTheWishToStopIsDone) {
+  JobBoard board([](const web::JobStatus&) {});
+  const std::string id = board.start(JobLane::motion, "script", [](JobBoard::Handle& handle) {
+    handle.update([](web::JobStatus& s) {
+      s.demo = "push_buttons-0001";
+      s.success = true;
+    });
+    until_stopped(handle);
+  });
+  while (board.get(id).demo.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  board.cancel(id);
+  EXPECT_EQ(wait_for_end(board, id).state, "done");
+}
+
+TEST(JobBoard, ClosingEndsWhatRunsAndWhatWaits) {
+  JobBoard board([](const web::JobStatus&) {});
+  std::vector<std::string> ids;
+  for (int i = 0; i < 6; ++i) ids.push_back(board.start(JobLane::exports, "film", until_stopped));
+  board.shut_down();
+  for (const std::string& id : ids) EXPECT_EQ(board.get(id).state, "cancelled");
+  EXPECT_EQ(refusal(board, JobLane::exports), 503);
 }
 
 }  // namespace

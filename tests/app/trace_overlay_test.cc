@@ -85,7 +85,7 @@ TEST(TraceStore, KeepsTracesInFilesAndNeverReusesAnId) {
     EXPECT_EQ(json.at("steps").size(), 3u);
   }
   TraceStore again(folder);
-  const std::string second = again.add({small_trace(), {}, {}, 0});
+  const std::string second = again.add({small_trace(), {}, nullptr, 0});
   EXPECT_NE(first, second);
   EXPECT_THROW(again.get(first), web::ApiError);  // its scene is gone with the program that made it
   again.remove(second);
