@@ -15,13 +15,17 @@ namespace flowscope {
 namespace {
 
 constexpr double kSlow_s = 0.04;  ///< a servo's time constant: a gripper's move takes 0.1 s
-constexpr double kRest = 0.05;    ///< of its way, per second
-constexpr double kAhead = 0.1;    ///< of its way: gently, where the whole way would crush what is held
+constexpr double kAhead = 0.2;    ///< of its way: the whole way would crush what is held
 
 int find(const mjModel* model, mjtObj type, const std::string& name) {
   const int id = mj_name2id(model, type, name.c_str());
   if (id < 0) throw std::runtime_error("the scene's robot lacks '" + name + "'");
   return id;
+}
+
+bool is_below(const mjModel* model, int body, int ancestor) {
+  while (body != 0 && body != ancestor) body = model->body_parentid[body];
+  return body == ancestor;
 }
 
 }  // namespace
@@ -60,6 +64,11 @@ WorldRobot::WorldRobot(const mjModel* model, const RobotDescription& robot)
   tool_site_ = find(model, mjOBJ_SITE, robot.tool);
   attach_site_ = find(model, mjOBJ_SITE, robot.attach);
   hand_ = find(model, mjOBJ_BODY, robot.hand);
+  of_fingers_.resize(static_cast<std::size_t>(model->nbody));
+  for (int body = 1; body < model->nbody; ++body) {
+    of_fingers_[static_cast<std::size_t>(body)] =
+        is_below(model, body, hand_) && model->body_weldid[body] != model->body_weldid[hand_];
+  }
   for (int i = 0; i < model->neq; ++i) {
     if (model->eq_type[i] == mjEQ_WELD && model->eq_obj1id[i] == hand_)
       grasps_.push_back({i, model->eq_obj2id[i]});
@@ -113,14 +122,15 @@ void WorldRobot::drive(mjData* data, const std::array<double, 7>& target,
     data->qfrc_applied[finger.dof] = data->qfrc_bias[finger.dof];
     if (finger.actuator < 0) continue;
     double& input = data->ctrl[finger.actuator];
+    // What is held is welded; closing further would only press it out of its place. A slow finger has still
+    // to arrive there, whatever it was told: by now that is only where it was bound at the time.
     if (!holding) {
       input = finger.input(openness);
-      continue;
+    } else if (finger.slow) {
+      input = finger.holding_input(data->qpos[finger.qpos], touches(data), squeeze_);
+    } else {
+      input = finger.wider(finger.input(openness), input);
     }
-    // What is held is welded; closing further would only press it out of its place.
-    const double q = data->qpos[finger.qpos], speed = data->qvel[finger.dof];
-    const double held = finger.slow ? finger.holding_input(q, speed, squeeze_) : input;
-    input = finger.wider(finger.input(openness), held);
   }
 }
 
@@ -128,13 +138,23 @@ double WorldRobot::Joint::servo_force(double target, double q, double speed) con
   return std::clamp(servo_stiffness * (target - q) - servo_damping * speed, lowest_force, highest_force);
 }
 
-bool WorldRobot::Finger::approaches(double q_speed) const {
-  return (open > closed ? -q_speed : q_speed) > kRest * std::abs(open - closed);
+double WorldRobot::Finger::holding_input(double q, bool touching, double squeeze) const {
+  return pressing(q, touching ? squeeze : std::max(squeeze, kAhead * std::abs(open - closed)));
 }
 
-double WorldRobot::Finger::holding_input(double q, double q_speed, double squeeze) const {
-  const double ahead = approaches(q_speed) ? kAhead * std::abs(open - closed) : 0;
-  return pressing(q, std::max(squeeze, ahead));
+bool WorldRobot::touches(const mjData* data) const {
+  const auto is_loose = [this](int body) {
+    return std::any_of(grasps_.begin(), grasps_.end(),
+                       [&](const Grasp& grasp) { return is_below(model_, body, grasp.body); });
+  };
+  for (int i = 0; i < data->ncon; ++i) {
+    const int one = model_->geom_bodyid[data->contact[i].geom1],
+              other = model_->geom_bodyid[data->contact[i].geom2];
+    if ((of_fingers_[static_cast<std::size_t>(one)] && is_loose(other)) ||
+        (of_fingers_[static_cast<std::size_t>(other)] && is_loose(one)))
+      return true;
+  }
+  return false;
 }
 
 std::array<double, 7> WorldRobot::positions(const mjData* data) const {
@@ -189,10 +209,10 @@ bool WorldRobot::grasp(mjModel* model, mjData* data) const {
   if (taken) {
     for (const auto& finger : fingers_) {
       if (finger.actuator < 0) continue;
+      const double q = data->qpos[finger.qpos];
       // A slow one has still to arrive at what it closes on (see drive).
-      const double q = data->qpos[finger.qpos], speed = data->qvel[finger.dof];
       data->ctrl[finger.actuator] =
-          finger.slow ? finger.holding_input(q, speed, squeeze_) : finger.pressing(q, squeeze_);
+          finger.slow ? finger.holding_input(q, touches(data), squeeze_) : finger.pressing(q, squeeze_);
     }
   }
   return taken;

@@ -67,16 +67,19 @@ class WorldRobot {
     double pressing(double q, double squeeze) const {
       return wider(input_closed, input_at(q - (open > closed ? squeeze : -squeeze)));
     }
-    bool approaches(double q_speed) const;
-    /// Of a slow one, in every step: it closes until it has arrived, then presses.
-    double holding_input(double q, double q_speed, double squeeze) const;
+    /// Of a slow one, in every step: it closes until it touches something, then presses.
+    double holding_input(double q, bool touching, double squeeze) const;
   };
+  /// Whether a finger touches anything that can be taken.
+  bool touches(const mjData_* data) const;
+
   std::vector<Joint> joints_;
   std::vector<Finger> fingers_;
   std::vector<Grasp> grasps_;
   const mjModel_* model_;
   std::optional<JointTies> ties_;  ///< what follows arm and fingers
   std::vector<bool> driven_;       ///< joints that the description names
+  std::vector<bool> of_fingers_;   ///< bodies that move with fingers
   double squeeze_ = 0;
   int tool_site_ = -1, attach_site_ = -1, hand_ = -1;
 };

@@ -79,8 +79,8 @@ TEST_P(HandOf, PicksACubeUpAndPutsItDown) {
   EXPECT_GT(closed, 20);
   double narrowest = 1;
   for (const Frame& frame : frames) narrowest = std::min(narrowest, frame.openness);
-  EXPECT_LT(narrowest, 0.7) << "the fingers came to the cube";
-  EXPECT_GT(narrowest, 0.1) << "and not through it";
+  EXPECT_LT(narrowest, 0.6) << "the fingers came to the cube";
+  EXPECT_GT(narrowest, 0.35) << "and not through it";
   // Every opening and closing is an action of its own, where the arm stood.
   int opening = 0;
   const auto& keyframes = report.demo->keyframes;
