@@ -25,9 +25,9 @@ JobBoard::JobBoard(std::function<void(const JobStatus&)> on_change) : on_change_
 
 JobBoard::~JobBoard() { shut_down(); }
 
-void JobBoard::Handle::update(const std::function<void(JobStatus&)>& change) {
+bool JobBoard::Handle::update(const std::function<void(JobStatus&)>& change) {
   const std::lock_guard telling(board_.telling_);
-  board_.change(*board_.find(id_), change);
+  return board_.change(job_, change);
 }
 
 JobBoard::JobPtr JobBoard::find(const std::string& id) const {
@@ -39,20 +39,23 @@ JobBoard::JobPtr JobBoard::find(const std::string& id) const {
                      std::to_string(ended_kept) + " are kept)");
 }
 
-void JobBoard::change(Job& job, const std::function<void(JobStatus&)>& change) {
+bool JobBoard::change(Job& job, const std::function<void(JobStatus&)>& change) {
   JobStatus now;
   {
     const std::lock_guard lock(mutex_);
+    if (over(job.status)) return false;
     change(job.status);
     now = job.status;
   }
   on_change_(now);
+  return true;
 }
 
 std::string JobBoard::start(JobLane which, const std::string& kind, std::function<void(Handle&)> work) {
   Lane& lane = lanes_[static_cast<std::size_t>(which)];
   const auto job = std::make_shared<Job>();
   job->work = std::move(work);
+  job->lane = which;
   const std::lock_guard telling(telling_);
   {
     const std::lock_guard lock(mutex_);
@@ -97,7 +100,7 @@ void JobBoard::serve(Lane& lane) {
 }
 
 void JobBoard::run(Job& job) {
-  Handle handle(*this, job.status.id, job.stop.get_token());
+  Handle handle(*this, job);
   const auto failed = [&](const std::string& code, const std::string& what, const std::string& where) {
     handle.update([&](JobStatus& s) {
       if (handle.stop().stop_requested()) return cancelled(s);
@@ -108,10 +111,11 @@ void JobBoard::run(Job& job) {
     });
   };
   try {
-    handle.update([&](JobStatus& s) {
+    const bool wanted = handle.update([](JobStatus& s) {
       s.state = "running";
       s.message.clear();
     });
+    if (!wanted) return;
     job.work(handle);
     handle.update([&](JobStatus& s) {
       // What was done and kept before the wish to stop came is done.
@@ -172,8 +176,8 @@ void JobBoard::cancel_if_known(const std::string& id) {
     for (Lane& lane : lanes_) waited = std::erase(lane.waiting, job) > 0 || waited;
   }
   job->stop.request_stop();
-  if (!waited) return;
-  job->work = nullptr;
+  if (waited) job->work = nullptr;
+  if (!waited && job->lane != JobLane::exports) return;
   change(*job, cancelled);
   const std::lock_guard lock(mutex_);
   forget_old();

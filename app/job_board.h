@@ -46,7 +46,8 @@ class JobBoard {
   web::JobStatus get(const std::string& id) const;  ///< throws web::ApiError 404
   /// Whether it waits or runs; false for one that is not known.
   bool goes_on(const std::string& id) const;
-  /// Asks a running job to stop; one that waits is cancelled at once. Throws web::ApiError 404.
+  /// Asks a running job to stop. One that waits, and a running export, whose file will then not appear, count
+  /// as cancelled at once. Throws web::ApiError 404.
   void cancel(const std::string& id);
   /// The same for a job that may be forgotten already.
   void cancel_if_known(const std::string& id);
@@ -55,26 +56,12 @@ class JobBoard {
   /// The same, and waits for those that run.
   void shut_down();
 
-  class Handle {
-   public:
-    /// Changes the status and tells the listeners.
-    void update(const std::function<void(web::JobStatus&)>& change);
-    std::stop_token stop() const { return stop_; }
-
-   private:
-    friend class JobBoard;
-    Handle(JobBoard& board, std::string id, std::stop_token stop)
-        : board_(board), id_(std::move(id)), stop_(std::move(stop)) {}
-    JobBoard& board_;
-    std::string id_;
-    std::stop_token stop_;
-  };
-
  private:
   struct Job {
     web::JobStatus status;
     std::function<void(Handle&)> work;
     std::stop_source stop;
+    JobLane lane;
   };
   using JobPtr = std::shared_ptr<Job>;
   struct Lane {
@@ -88,8 +75,9 @@ class JobBoard {
 
   void serve(Lane& lane);
   void run(Job& job);
-  /// Under both locks: what became of a job is told in the order in which it happened.
-  void change(Job& job, const std::function<void(web::JobStatus&)>& change);
+  /// False when it was over already: then nothing changes. `telling_` is held, so that what became of a job
+  /// is told in the order in which it happened.
+  bool change(Job& job, const std::function<void(web::JobStatus&)>& change);
   JobPtr find(const std::string& id) const;  ///< throws web::ApiError 404
   void forget_old();
 
@@ -100,6 +88,21 @@ class JobBoard {
   std::array<Lane, 2> lanes_{Lane{motion, "scripts and moves"}, Lane{exports, "exports"}};
   int next_ = 1;
   bool closed_ = false;
+};
+
+/// What the work of a job sees of it.
+class JobBoard::Handle {
+ public:
+  /// Changes the status and tells the listeners. False when the job counts as cancelled already: then nothing
+  /// changes, and what the work has made must go.
+  bool update(const std::function<void(web::JobStatus&)>& change);
+  std::stop_token stop() const { return job_.stop.get_token(); }
+
+ private:
+  friend class JobBoard;
+  Handle(JobBoard& board, Job& job) : board_(board), job_(job) {}
+  JobBoard& board_;
+  Job& job_;
 };
 
 }  // namespace flowscope

@@ -205,12 +205,13 @@ std::string Studio::export_media(const web::ExportRequest& request) {
     } else {
       export_demo_mp4(tasks_, demos_.load(request.demo), view, path, progress, handle.stop());
     }
-    handle.update([&](JobStatus& s) {
+    const bool wanted = handle.update([&](JobStatus& s) {
       s.url = "/exports/" + name;
       s.path = path.string();
       s.message = "wrote " + name;
       s.success = true;
     });
+    if (!wanted) std::filesystem::remove(path);
   });
 }
 

@@ -166,6 +166,25 @@ TEST(JobBoard, WhatWasKeptBeforeTheWishToStopIsDone) {
   EXPECT_EQ(wait_for_end(board, id).state, "done");
 }
 
+TEST(JobBoard, ARunningExportIsCancelledAtOnceAndHearsThatItsFileMustGo) {
+  JobBoard board([](const web::JobStatus&) {});
+  std::atomic<bool> go_on{false}, ended{false};
+  std::atomic<int> wanted{-1};
+  const std::string id = board.start(JobLane::exports, "film", [&](JobBoard::Handle& handle) {
+    while (!go_on) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // cannot be interrupted here
+    wanted = handle.update([](web::JobStatus& s) { s.success = true; });
+    ended = true;
+  });
+  while (board.get(id).state != "running") std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  board.cancel(id);
+  EXPECT_EQ(board.get(id).state, "cancelled");
+  go_on = true;
+  while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(wanted, 0);
+  board.shut_down();
+  EXPECT_EQ(board.get(id).state, "cancelled");
+}
+
 TEST(JobBoard, ClosingEndsWhatRunsAndWhatWaits) {
   JobBoard board([](const web::JobStatus&) {});
   std::vector<std::string> ids;
