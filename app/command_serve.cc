@@ -25,7 +25,7 @@
 namespace flowscope::app {
 namespace {
 
-constexpr std::chrono::milliseconds most_patience{4500};
+constexpr std::chrono::milliseconds most_patience{3000};
 
 struct ServeCall {
   web::ServerOptions server;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <exception>
 
 #include "policy/data_parallel.h"
 #include "policy/on_device.h"
@@ -11,6 +12,25 @@ namespace {
 
 constexpr double flow_weight = 100, open_weight = 10, precise_weight = 20;
 constexpr int scenes_per_part = 4;  // fewer keep a core busy with overhead
+
+class StepStopped : public std::exception {};
+
+/// Throws StepStopped when somebody asked for it: a part of a large network's step takes many seconds.
+class StopPoint {
+ public:
+  explicit StopPoint(std::stop_token stop) : stop_(std::move(stop)) {}
+  void operator()() const {
+    if (stop_.stop_requested()) throw StepStopped();
+  }
+  /// The same when the gradient comes by here on its way back; the gradient stays as it is.
+  void on_way_back(const torch::Tensor& tensor) const {
+    if (!stop_.stop_possible() || !tensor.defined() || !tensor.requires_grad()) return;
+    tensor.register_hook([here = *this](const torch::Tensor&) { here(); });
+  }
+
+ private:
+  std::stop_token stop_;
+};
 
 struct Targets {
   torch::Tensor action;  ///< [B, 9] end point when grounded, else the objective's target
@@ -51,7 +71,9 @@ Part make_part(const Model& model, const TrainingSet& data, const TrainRates& ra
   Targets targets{torch::empty({count, 9}), torch::empty({count, 1}), torch::empty({count})};
   std::vector<Sample> samples;
   std::vector<Draw> draws;
+  const StopPoint stop_point(how.stop);
   for (std::int64_t index = first; index < last; ++index) {
+    stop_point();
     Random random = stream_of_scene(how.seed, index);
     const Sample& s = samples.emplace_back(drawn_sample(model, data, rates, how.augment, random));
     const Vector9 x1 = encode_pose(s.target.world_from_tool, model.scale);
@@ -78,9 +100,16 @@ struct PartLoss {
   torch::Tensor total, parts;
 };
 
-PartLoss loss_of(FlowRamNetwork& network, const Model& model, Part part, const torch::Device& device) {
+PartLoss loss_of(FlowRamNetwork& network, const Model& model, Part part, const torch::Device& device,
+                 const StopPoint& stop_point) {
+  stop_point();
   const SceneMemory memory = network->encode(on_device(std::move(part.scenes), device));
+  stop_point();
+  for (const torch::Tensor* t : {&memory.words, &memory.image, &memory.image_raw, &memory.history})
+    stop_point.on_way_back(*t);
   const NetworkOutput out = network->forward(memory, on_device(std::move(part.draws), device), model.scale);
+  stop_point();
+  stop_point.on_way_back(out.action);
   const torch::Tensor weight = part.targets.weight.to(device), open_target = part.targets.open.to(device);
   const torch::Tensor error = out.action - part.targets.action.to(device);
   const torch::Tensor squared = error.square() * weight;
@@ -107,16 +136,20 @@ StepLoss add_gradients(const Model& model, Replicas& replicas, AdamW& optimizer,
   const int parts = replicas.count();
   torch::Tensor losses = torch::zeros({parts, 5}, torch::kFloat64);
   std::atomic<bool> stopped{false};
+  const StopPoint stop_point(how.stop);
   replicas.run(at::get_num_threads(), [&](int part, FlowRamNetwork& network) {
-    if (how.stop.stop_requested()) stopped = true;
-    if (stopped) return;
-    const std::int64_t first = static_cast<std::int64_t>(rates.scenes) * part / parts,
-                       last = static_cast<std::int64_t>(rates.scenes) * (part + 1) / parts;
-    const double share = static_cast<double>(last - first) / rates.scenes;
-    const PartLoss loss = loss_of(
-        network, model, make_part(model, data, rates, how, before + first, before + last), how.device);
-    losses[part].copy_(loss.parts * share);
-    (loss.total * share).backward();
+    try {
+      const std::int64_t first = static_cast<std::int64_t>(rates.scenes) * part / parts,
+                         last = static_cast<std::int64_t>(rates.scenes) * (part + 1) / parts;
+      const double share = static_cast<double>(last - first) / rates.scenes;
+      const PartLoss loss =
+          loss_of(network, model, make_part(model, data, rates, how, before + first, before + last),
+                  how.device, stop_point);
+      losses[part].copy_(loss.parts * share);
+      (loss.total * share).backward();
+    } catch (const StepStopped&) {
+      stopped = true;
+    }
   });
   if (stopped) {
     optimizer.clear_gradients();

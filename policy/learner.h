@@ -25,7 +25,7 @@ struct LearnStep {
   std::uint64_t seed = 0;
   torch::Device device = torch::kCPU;
   GradientExchange& exchange;
-  std::stop_token stop = {};  ///< looked at before every part; of a single process only
+  std::stop_token stop = {};  ///< looked at several times in every part; of a single process only
 };
 
 /// As many as share the scenes of one step; always the same for the same number of scenes, because sums are

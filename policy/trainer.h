@@ -79,7 +79,8 @@ class Trainer : public Policy {
   virtual void add(const Demo& demo, bool held_out = false) = 0;
   virtual void remove(const std::string& id) = 0;
   /// One optimiser step. A non-finite loss or gradient skips the update and is reported; three in a row
-  /// throw. A wish to stop is seen between the parts of the batch: then the step has not taken place.
+  /// throw. A wish to stop is seen several times in every part of the batch: then the step has not taken
+  /// place.
   virtual TrainStatus step(std::stop_token stop = {}) = 0;
   virtual TrainStatus status() const = 0;
   /// From now on the learning-rate schedule ends `minutes` later; 0: it stays level.

@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stop_token>
+#include <thread>
 
 #include "policy/checkpoint.h"
 #include "policy/container.h"
@@ -77,6 +80,32 @@ TEST(TrainingRun, AStepThatIsGivenUpHasNotTakenPlace) {
   stopped->save(two);
   EXPECT_EQ(weights_of(two), weights_of(file));
   EXPECT_EQ(straight->step().loss, stopped->step().loss);
+  straight->save(one);
+  stopped->save(two);
+  EXPECT_EQ(weights_of(one), weights_of(two));
+}
+
+TEST(TrainingRun, AStepThatIsGivenUpAtAnyMomentLeavesNoTrace) {
+  const testing::TemporaryFolder folder;
+  const auto one = folder.path() / "one.fsp", two = folder.path() / "two.fsp";
+  const auto straight = Trainer::create(small());
+  add_two_tasks(*straight);
+  straight->step();
+  straight->save(one);
+  const auto stopped = Trainer::resume(one);
+  add_two_tasks(*stopped);
+  int given_up = 0;
+  for (int i = 0; i < 40; ++i) {
+    std::stop_source source;
+    std::jthread stopper([&source, i] {
+      std::this_thread::sleep_for(std::chrono::microseconds(500 * i));
+      source.request_stop();
+    });
+    const std::int64_t before = stopped->status().step;
+    given_up += stopped->step(source.get_token()).step == before;
+  }
+  EXPECT_GT(given_up, 0);
+  while (straight->status().step < stopped->status().step) straight->step();
   straight->save(one);
   stopped->save(two);
   EXPECT_EQ(weights_of(one), weights_of(two));
