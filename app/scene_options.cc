@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "recorder/instruction.h"
+
 namespace flowscope::app {
 
 CLI::Option* add_scene_options(CLI::App& command, SceneCall& call) {
@@ -10,8 +12,13 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCall& call) {
   command.add_option("--robot", call.robot, "Description of the scene's robot, or panda or ur5")
       ->type_name("FILE")
       ->needs(scene);
-  command.add_option("--instruction", call.instruction, "What is to be done in the scene")
+  command
+      .add_option("--instruction", call.instruction,
+                  "What is to be done in the scene; without it the words of the scene's name")
       ->type_name("TEXT")
+      ->check([](const std::string& text) {
+        return has_word(text) ? std::string() : "must hold a word: it is what a policy reads";
+      })
       ->needs(scene);
   return scene;
 }

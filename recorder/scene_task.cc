@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
+#include "recorder/instruction.h"
 #include "recorder/motion/kinematics.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
@@ -91,6 +92,15 @@ std::string scene_name(const std::filesystem::path& file) {
   return name;
 }
 
+/// What a policy reads where nobody said what is to be done: the scene's name in words.
+std::string instruction_of(const SceneCall& call) {
+  if (!call.instruction.empty()) return call.instruction;
+  std::string words;
+  for (const std::string& word : split_words(call.scene.stem().string()))
+    words += (words.empty() ? "" : " ") + word;
+  return words.empty() ? "scene" : words;
+}
+
 /// A user's description; none where there is no robot or it is one of ours.
 std::filesystem::path robot_file(const std::string& robot, const std::filesystem::path& assets) {
   const bool is_ours = !std::filesystem::is_regular_file(robot) &&
@@ -155,7 +165,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   if (raw->nlight == 0) model->vis.headlight = table->vis.headlight;
   std::vector<double> start(model->qpos0, model->qpos0 + model->nq);
   if (raw->nkey > 0 && raw->nq == model->nq) start.assign(raw->key_qpos, raw->key_qpos + raw->nq);
-  return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
+  return std::make_shared<SceneTask>(scene_name(call.scene), instruction_of(call), std::move(model),
                                      std::move(robot), std::move(start),
                                      scene_origin(call, raw.get(), robot_file(call.robot, assets)));
 }

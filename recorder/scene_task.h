@@ -13,7 +13,7 @@ namespace flowscope {
 struct SceneCall {
   std::filesystem::path scene;
   std::string robot;        ///< description's file or the name of one of ours; empty: for viewing only
-  std::string instruction;  ///< may be empty
+  std::string instruction;  ///< empty: the words of the scene's name, for a policy must read something
 };
 
 /// The scene's name is the file's, with everything but letters, digits, _ and - replaced. What it lacks is
