@@ -81,8 +81,9 @@ class Trainer : public Policy {
   /// throw.
   virtual TrainStatus step() = 0;
   virtual TrainStatus status() const = 0;
-  /// From now on the learning-rate schedule ends `minutes` later; 0: it stays level.
-  virtual void go_on_for(double minutes) = 0;
+  /// From now on the learning-rate schedule ends `minutes` later, or without minutes `steps` later; both 0:
+  /// it stays level.
+  virtual void go_on_for(double minutes, std::int64_t steps = 0) = 0;
   virtual Validation validate(int flow_steps = 4) = 0;
   /// Atomic: temporary name, sync, rename.
   virtual void save(const std::filesystem::path& file) const = 0;
