@@ -163,8 +163,8 @@ void tell_result(const TrainStatus& now, const Taken& taken, const std::filesyst
   }
   const Validation& v = now.validation;
   const std::string error = v.keyframes > 0 ? "held-out error " + errors_text(v)
-                                            : "no held-out error: a task's 10th demonstration is the first "
-                                              "that is held out";
+                                            : "no held-out error (a task's 10th demonstration is the first "
+                                              "that is held out)";
   std::printf("%lld steps in %.1f minutes, loss %.4f, %s: %s\n", static_cast<long long>(now.step),
               now.minutes, now.loss, error.c_str(), policy.c_str());
   for (const TaskError& t : v.tasks)
