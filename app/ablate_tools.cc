@@ -1,5 +1,6 @@
 #include "app/ablate_tools.h"
 
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -15,10 +16,10 @@ TrainedPolicy train_cell(const AblationBudget& budget, const std::filesystem::pa
                          const AblationVariant& variant, int seed, const std::filesystem::path& file) {
   const std::unique_ptr<Trainer> trainer = Trainer::create(train_options_of(variant, budget, seed));
   const DemoStore store(data);
-  std::map<std::string, std::size_t> position;
+  TrainingIntake intake(store);
   for (const std::string& id : demonstrations_of(store, budget.tasks)) {
-    const Demo demo = store.load_keyframes(id);
-    trainer->add(demo, held_out(position[demo.info.task]++));
+    if (const std::string problem = intake.add(*trainer, id); !problem.empty())
+      std::fprintf(stderr, "left out: %s\n", problem.c_str());
   }
   TrainStatus now = trainer->status();
   while (budget.steps > 0 ? now.step < budget.steps : now.minutes < budget.minutes) now = trainer->step();

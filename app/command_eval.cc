@@ -11,6 +11,17 @@
 namespace flowscope::app {
 namespace {
 
+/// Where the expert never succeeded there is nothing to compare with.
+nlohmann::ordered_json if_measured(const EvalRow& row, double error) {
+  return row.keyframes > 0 ? nlohmann::ordered_json(error) : nlohmann::ordered_json();
+}
+
+std::string if_measured(const EvalRow& row, const char* format, double error) {
+  char text[40] = "–";
+  if (row.keyframes > 0) std::snprintf(text, sizeof text, format, error);
+  return text;
+}
+
 nlohmann::ordered_json as_json(const EvalOptions& options, const std::vector<EvalRow>& rows, double average) {
   nlohmann::ordered_json seeds = nlohmann::ordered_json::array(), list = nlohmann::ordered_json::array();
   for (int s = 0; s < options.seeds; ++s) seeds.push_back(options.first_seed + s);
@@ -20,9 +31,10 @@ nlohmann::ordered_json as_json(const EvalOptions& options, const std::vector<Eva
                     {"interval", {row.low, row.high}},
                     {"by_seed", row.by_seed},
                     {"first_attempt", row.first_attempt},
-                    {"position_mm", row.position_mm},
-                    {"rotation_deg", row.rotation_deg},
+                    {"position_mm", if_measured(row, row.position_mm)},
+                    {"rotation_deg", if_measured(row, row.rotation_deg)},
                     {"keyframes", row.keyframes},
+                    {"left_workspace", row.left_workspace},
                     {"ms_per_prediction", row.ms},
                     {"failures", row.failures}});
   }
@@ -52,15 +64,16 @@ int eval(const EvalOptions& options, bool markdown, const Context& context) {
     return 0;
   }
   const char* line =
-      markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f %% | %.1f | %.2f | %.1f |\n"
-               : "%-28s %5.1f %%  [%.1f, %.1f]  first attempt %5.1f %%  %6.1f mm  %6.2f deg  %6.1f ms\n";
+      markdown ? "| %s | %.1f %% | %.1f–%.1f | %.1f %% | %s | %s | %.1f |\n"
+               : "%-28s %5.1f %%  [%.1f, %.1f]  first attempt %5.1f %%  %6s mm  %6s deg  %6.1f ms\n";
   if (markdown)
     std::printf(
         "| task | success | 95 %% interval | first attempt | position mm | rotation deg | ms per prediction "
         "|\n|---|---|---|---|---|---|---|\n");
   for (const auto& row : rows) {
     std::printf(line, row.task.c_str(), 100 * row.success, 100 * row.low, 100 * row.high,
-                100 * row.first_attempt, row.position_mm, row.rotation_deg, row.ms);
+                100 * row.first_attempt, if_measured(row, "%.1f", row.position_mm).c_str(),
+                if_measured(row, "%.2f", row.rotation_deg).c_str(), row.ms);
     for (const auto& failure : row.failures) std::fprintf(stderr, "  %s\n", failure.c_str());
   }
   return 0;

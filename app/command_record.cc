@@ -15,6 +15,7 @@
 #include "app/scene_options.h"
 #include "recorder/demo_store.h"
 #include "recorder/record.h"
+#include "recorder/script_check.h"
 #include "recorder/task.h"
 #include "recorder/world.h"
 #include "render/renderer.h"
@@ -58,14 +59,12 @@ std::vector<int> variations_of(const RecordCall& call, const Task& task) {
   return all;
 }
 
-Script read_script(const std::string& file, const std::string& task) {
+Script read_script(const std::string& file, const Task& task) {
   std::ifstream stream(file, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   if (!stream) throw UsageError("--script: cannot read " + file);
   Script script = parse_script(text, file);
-  if (!script.task.empty() && script.task != task) {
-    throw UsageError("--script: " + file + " is for task " + script.task + ", not " + task);
-  }
+  check_script(script, task);  // once, before the arm moves, and not in every episode
   return script;
 }
 
@@ -81,6 +80,17 @@ RunReport run_episode(World& world, Renderer& renderer, const std::optional<Scri
     RunReport report;
     report.reason = error.what();
     return report;
+  }
+}
+
+/// Its id; empty, with the reason in the report, when there is nothing to save or the store refuses it.
+std::string save(const DemoStore& store, RunReport& report) {
+  if (!report.demo) return "";
+  try {
+    return store.save(*report.demo);
+  } catch (const RefusedDemo& error) {
+    report.reason = std::string("not saved: ") + error.what();
+    return "";
   }
 }
 
@@ -119,7 +129,7 @@ int record(const RecordCall& call, const Context& context) {
   const std::shared_ptr<const Task> task = find_task(call);
   const std::vector<int> variations = variations_of(call, *task);
   std::optional<Script> script;
-  if (!call.script.empty()) script = read_script(call.script, task->name());
+  if (!call.script.empty()) script = read_script(call.script, *task);
   const FileLock lock = lock_data(context.data, "record " + task->name());
   const DemoStore store(context.data);
   World world(task);
@@ -132,14 +142,13 @@ int record(const RecordCall& call, const Context& context) {
     Progress progress("episode", call.episodes);
     for (int i = 0; i < call.episodes; ++i) {
       const std::uint64_t seed = call.seed + static_cast<std::uint64_t>(i);
-      const RunReport report = run_episode(world, renderer, script, variations[i], seed);
+      RunReport report = run_episode(world, renderer, script, variations[i], seed);
       sim_seconds += report.sim_seconds;
       if (context.json && call.terms) attempts.push_back(attempt_json(report, variations[i], seed));
       std::string outcome;
-      if (report.demo) {
-        demos.push_back(store.save(*report.demo));
-        outcome = "saved " + demos.back().get<std::string>() + ", " +
-                  std::to_string(report.demo->frames.size()) + " frames, " +
+      if (const std::string id = save(store, report); !id.empty()) {
+        demos.push_back(id);
+        outcome = "saved " + id + ", " + std::to_string(report.demo->frames.size()) + " frames, " +
                   std::to_string(report.demo->keyframes.size()) + " keyframes";
       } else {
         failed.push_back(failure_json(report, variations[i], seed));

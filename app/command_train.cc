@@ -4,7 +4,6 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/cli.h"
@@ -37,9 +36,10 @@ bool any_interrupted(GradientExchange& exchange) {
   return count > 0;
 }
 
-TrainingChoice choose_demonstrations(const Trainer& trainer, const DemoStore& store, const TrainCall& call) {
+TrainingChoice choose_demonstrations(const Trainer& trainer, const std::vector<DemoInfo>& stored,
+                                     const TrainCall& call) {
   try {
-    TrainingChoice choice = choose_training(store.list(), call.tasks, call.unfinished);
+    TrainingChoice choice = choose_training(stored, call.tasks, call.unfinished);
     require_same_robot(trainer.robot(), choice.robot);
     return choice;
   } catch (const std::invalid_argument& error) {
@@ -47,10 +47,32 @@ TrainingChoice choose_demonstrations(const Trainer& trainer, const DemoStore& st
   }
 }
 
-void add_demonstrations(Trainer& trainer, const DemoStore& store, const TrainingChoice& choice) {
-  std::map<std::string, std::size_t> position;
-  for (const DemoInfo& info : choice.demos)
-    trainer.add(store.load_keyframes(info.id), held_out(position[info.task]++));
+/// What the trainer has taken in, and what is wrong with the rest.
+struct Taken {
+  int unfinished = 0;  ///< left out, for nobody asked for them
+  std::vector<DemoProblem> left_out;
+};
+
+/// Throws UsageError when nothing remains.
+Taken take_demonstrations(Trainer& trainer, const TrainCall& call, const Context& context) {
+  const DemoStore store(existing_data(context));
+  Taken taken;
+  const TrainingChoice choice = choose_demonstrations(trainer, store.list(&taken.left_out), call);
+  taken.unfinished = choice.unfinished;
+  for (DemoProblem& problem : TrainingIntake(store).add_all(trainer, choice.demos))
+    taken.left_out.push_back(std::move(problem));
+  if (trainer.status().demos > 0) return taken;
+  std::string why = taken.unfinished > 0 ? " but unfinished ones (--unfinished)" : "";
+  if (!taken.left_out.empty()) why += "; left out: " + taken.left_out.front().problem;
+  throw UsageError("--data " + context.data.string() + ": no demonstrations to learn from" + why);
+}
+
+void tell_taken(const Trainer& trainer, const Taken& taken) {
+  for (const DemoProblem& problem : taken.left_out)
+    std::fprintf(stderr, "warning: left out: %s\n", problem.problem.c_str());
+  std::fprintf(stderr, "training on %d demonstrations\n", trainer.status().demos);
+  if (taken.unfinished > 0)
+    std::fprintf(stderr, "%d unfinished ones left out (--unfinished takes them)\n", taken.unfinished);
 }
 
 TrainOptions options_of(const TrainCall& call) {
@@ -82,20 +104,48 @@ void tell_progress(const TrainStatus& now) {
       now.loss_open, now.samples_per_s);
 }
 
-nlohmann::ordered_json validation_json(const Validation& v) {
-  nlohmann::ordered_json tasks = nlohmann::ordered_json::array();
-  for (const TaskError& t : v.tasks)
-    tasks.push_back({{"task", t.task},
-                     {"position_mm", t.position_mm},
-                     {"rotation_deg", t.rotation_deg},
-                     {"keyframes", t.keyframes}});
-  return {{"position_mm", v.position_mm},
-          {"rotation_deg", v.rotation_deg},
-          {"keyframes", v.keyframes},
-          {"tasks", tasks}};
+void tell_resumed(const TrainStatus& now) {
+  std::fprintf(stderr, "going on after %lld steps in %.1f minutes; --steps and --minutes count from here\n",
+               static_cast<long long>(now.step), now.minutes);
 }
 
-void tell_result(const TrainStatus& now, const std::filesystem::path& policy, int processes, bool json) {
+/// The error of a prediction; null where nothing was held out to measure it on.
+template <typename Errors>
+nlohmann::ordered_json errors_json(const Errors& errors) {
+  if (errors.keyframes == 0) return {{"position_mm", nullptr}, {"rotation_deg", nullptr}, {"keyframes", 0}};
+  return {{"position_mm", errors.position_mm},
+          {"rotation_deg", errors.rotation_deg},
+          {"keyframes", errors.keyframes}};
+}
+
+nlohmann::ordered_json validation_json(const Validation& v) {
+  nlohmann::ordered_json json = errors_json(v), tasks = nlohmann::ordered_json::array();
+  for (const TaskError& t : v.tasks) {
+    nlohmann::ordered_json task{{"task", t.task}};
+    task.update(errors_json(t));
+    tasks.push_back(std::move(task));
+  }
+  json["tasks"] = std::move(tasks);
+  return json;
+}
+
+template <typename Errors>
+std::string errors_text(const Errors& errors) {
+  char text[100];
+  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees (%d keyframes)", errors.position_mm,
+                errors.rotation_deg, errors.keyframes);
+  return text;
+}
+
+nlohmann::ordered_json left_out_json(const Taken& taken) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const DemoProblem& problem : taken.left_out)
+    list.push_back({{"id", problem.id}, {"problem", problem.problem}});
+  return list;
+}
+
+void tell_result(const TrainStatus& now, const Taken& taken, const std::filesystem::path& policy,
+                 int processes, bool json) {
   if (json) {
     print_json({{"steps", now.step},
                 {"minutes", now.minutes},
@@ -105,46 +155,43 @@ void tell_result(const TrainStatus& now, const std::filesystem::path& policy, in
                 {"loss_open", now.loss_open},
                 {"skipped", now.skipped},
                 {"validation", validation_json(now.validation)},
+                {"left_out", left_out_json(taken)},
                 {"samples_per_s", now.samples_per_s},
                 {"processes", processes},
                 {"policy", policy.string()}});
     return;
   }
   const Validation& v = now.validation;
-  std::printf(
-      "%lld steps in %.1f minutes, loss %.4f, held-out error %.1f mm and %.2f degrees (%d keyframes): %s\n",
-      static_cast<long long>(now.step), now.minutes, now.loss, v.position_mm, v.rotation_deg, v.keyframes,
-      policy.c_str());
+  const std::string error = v.keyframes > 0 ? "held-out error " + errors_text(v)
+                                            : "no held-out error (a task's 10th demonstration is the first "
+                                              "that is held out)";
+  std::printf("%lld steps in %.1f minutes, loss %.4f, %s: %s\n", static_cast<long long>(now.step),
+              now.minutes, now.loss, error.c_str(), policy.c_str());
   for (const TaskError& t : v.tasks)
-    std::printf("  %-28s %6.1f mm  %6.2f degrees  (%d keyframes)\n", t.task.c_str(), t.position_mm,
-                t.rotation_deg, t.keyframes);
+    if (t.keyframes > 0) std::printf("  %-28s %s\n", t.task.c_str(), errors_text(t).c_str());
 }
 
 int train_with(const TrainCall& call, const Context& context,
                const std::shared_ptr<GradientExchange>& exchange) {
   if (call.steps <= 0 && call.minutes <= 0) throw UsageError("--steps or --minutes says how long to train");
   const bool first = exchange->rank() == 0;
-  const DemoStore store(existing_data(context));
+  existing_data(context);
   const auto trainer = make_trainer(call, exchange);
-  const TrainingChoice choice = choose_demonstrations(*trainer, store, call);
-  if (choice.demos.empty()) {
-    throw UsageError("--data " + context.data.string() + ": no demonstrations to learn from" +
-                     (choice.unfinished > 0 ? " but unfinished ones (--unfinished)" : ""));
-  }
-  add_demonstrations(*trainer, store, choice);
+  const Taken taken = take_demonstrations(*trainer, call, context);
   const auto lock = first ? std::optional(lock_policy(call.policy, "train")) : std::nullopt;
-  if (first) std::fprintf(stderr, "training on %zu demonstrations\n", choice.demos.size());
-  if (first && choice.unfinished > 0)
-    std::fprintf(stderr, "%d unfinished ones left out (--unfinished takes them)\n", choice.unfinished);
+  if (first) tell_taken(*trainer, taken);
   if (first && exchange->size() > 1) std::fprintf(stderr, "in %d processes\n", exchange->size());
 
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   // Steps and minutes are the same on every rank, so all do the same here.
   TrainStatus now = trainer->status();
-  // --minutes counts the whole: more of them than before stretch the schedule, the same leave it as it was.
-  if (call.resume && call.minutes > now.minutes) trainer->go_on_for(call.minutes - now.minutes);
+  if (call.resume) {  // --minutes and --steps count from now on, and the schedule ends with them
+    trainer->go_on_for(call.minutes, call.steps);
+    if (first) tell_resumed(now);
+  }
   const std::int64_t first_step = now.step;
+  const double until_minutes = now.minutes + call.minutes;
   double told = now.minutes, saved = now.minutes;
   while (!any_interrupted(*exchange)) {
     now = trainer->step();
@@ -158,13 +205,14 @@ int train_with(const TrainCall& call, const Context& context,
       if (first) trainer->save(call.policy);
     }
     if (call.steps > 0 && now.step - first_step >= call.steps) break;
-    if (call.minutes > 0 && now.minutes >= call.minutes) break;
+    if (call.minutes > 0 && now.minutes >= until_minutes) break;
   }
   trainer->require_agreement();
   if (!first) return 0;
+  if (now.step == first_step) std::fprintf(stderr, "interrupted before the first step: nothing was learnt\n");
   now.validation = trainer->validate();
   trainer->save(call.policy);
-  tell_result(now, call.policy, exchange->size(), context.json);
+  tell_result(now, taken, call.policy, exchange->size(), context.json);
   return 0;
 }
 
@@ -236,8 +284,10 @@ void add_train_command(CLI::App& root, Context& context) {
   command->add_option("--tasks", call->tasks, "Only demonstrations of these tasks")->delimiter(',');
   command->add_flag("--unfinished", call->unfinished,
                     "Learn from demonstrations that were saved without success, too");
-  command->add_option("--steps", call->steps, "Optimiser steps to take")->check(CLI::PositiveNumber);
-  command->add_option("--minutes", call->minutes, "Minutes to train")->check(CLI::PositiveNumber);
+  command->add_option("--steps", call->steps, "Optimiser steps to take, with --resume from now on")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--minutes", call->minutes, "Minutes to train, with --resume from now on")
+      ->check(CLI::PositiveNumber);
   command->add_flag("--resume", call->resume, "Go on exactly where the policy file stopped");
   add_method_options(*command, *call);
   command

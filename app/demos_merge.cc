@@ -7,7 +7,6 @@
 #include "app/data_lock.h"
 #include "app/demo_contents.h"
 #include "app/demos_command.h"
-#include "recorder/demo_check.h"
 #include "recorder/demo_file.h"
 
 namespace flowscope::app {
@@ -40,12 +39,18 @@ void merge_file(const std::filesystem::path& file, const DemoStore& store, DemoC
       ++merged.identical;
       return;
     }
-    const std::string problem = find_incoherence(decode_demo(bytes, file, DemoParts::all));
-    if (!problem.empty()) throw BadDemo(file.string() + ": " + problem);
     const std::string got = store.adopt(bytes, id);
     contents.add(bytes);
     merged.copied.push_back(got);
     if (got != id) merged.renamed.push_back({{"from", file.string()}, {"id", got}});
+  } catch (const RefusedDemo& error) {
+    const std::string problem = file.string() + ": " + error.what();
+    std::fprintf(stderr, "left out: %s\n", problem.c_str());
+    if (!error.twin.empty()) {
+      ++merged.identical;
+    } else {
+      merged.broken.push_back({{"file", file.string()}, {"problem", problem}});
+    }
   } catch (const BadDemo& error) {
     std::fprintf(stderr, "left out: %s\n", error.what());
     merged.broken.push_back({{"file", file.string()}, {"problem", error.what()}});

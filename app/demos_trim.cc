@@ -82,6 +82,9 @@ int trim(const TrimCall& call, const Context& context) {
     } catch (const BadDemo& error) {  // one bad file must not keep the others from being trimmed
       std::fprintf(stderr, "left as it is: %s\n", error.what());
       ++unreadable;
+    } catch (const RefusedDemo& error) {
+      std::fprintf(stderr, "%s is left as it is: cut, it would be bad: %s\n", id.c_str(), error.what());
+      ++unreadable;
     }
   }
   if (context.json) {

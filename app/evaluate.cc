@@ -12,6 +12,7 @@
 #include "app/scene_input.h"
 #include "app/sim_loop.h"
 #include "policy/policy.h"
+#include "recorder/lost_things.h"
 #include "recorder/record.h"
 #include "render/renderer.h"
 
@@ -40,7 +41,7 @@ namespace {
 constexpr int most_steps = 20;  // keyframes per episode, as in the method's own evaluation
 
 struct Outcome {
-  bool success = false, first_attempt = false;
+  bool success = false, first_attempt = false, left_workspace = false;
   std::string why;
   std::vector<PoseError> errors;
   int predictions = 0;
@@ -93,6 +94,7 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, const EvalO
   outcome.errors = errors_on_expert(bench, options);
 
   world.reset(variation, seed);
+  const SceneState start = world.state();
   PolicyInput input;
   input.instruction = world.episode().instructions.front();
   input.robot = world.task().robot().name;
@@ -120,6 +122,9 @@ Outcome run_episode(Bench& bench, int variation, std::uint64_t seed, const EvalO
         break;
       }
     }
+    const std::string lost = lost_text(world, start);
+    outcome.left_workspace = !lost.empty();
+    outcome.why += lost;
   }
   return outcome;
 }
@@ -143,6 +148,7 @@ EvalRow summarise(const std::string& name, const EvalOptions& options, const std
       const Outcome& o = outcomes[static_cast<std::size_t>(s) * options.episodes + e];
       won += o.success;
       first_attempts += o.first_attempt;
+      row.left_workspace += o.left_workspace;
       predictions += o.predictions;
       row.ms += o.ms;
       if (!o.success) {

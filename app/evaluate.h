@@ -30,7 +30,8 @@ struct EvalRow {
   std::vector<double> by_seed;  ///< fraction per seed
   double position_mm = 0,
          rotation_deg = 0;  ///< medians against the expert's keyframes, given the expert's history
-  int keyframes = 0;        ///< behind those medians
+  int keyframes = 0;        ///< behind those medians; 0: they mean nothing
+  int left_workspace = 0;   ///< failed episodes at whose end something had left the workspace (lost_things.h)
   double ms = 0;  ///< wall time of one prediction on the way, preparation of the scene included; mean
   std::vector<std::string> failures;  ///< one line per failed episode: seed, variation, why
 };

@@ -1,6 +1,7 @@
 #include "app/exchange.h"
 
 #include "app/demo_contents.h"
+#include "recorder/demo_check.h"
 #include "recorder/demo_file.h"
 #include "recorder/formats/npz_demos.h"
 #include "recorder/formats/rlbench_episode.h"
@@ -33,6 +34,15 @@ Shelf open_shelf(ExchangeFormat format, const std::filesystem::path& source) {
 /// Encoding checks what reading does not: that every number is finite.
 void read_all(const Shelf& shelf) {
   for (int i = 0; i < shelf.count; ++i) encode_demo(shelf.read(i));
+}
+
+/// What a store would refuse is known before any of them is saved.
+void judge_all(const Shelf& shelf) {
+  for (int i = 0; i < shelf.count; ++i) {
+    const Demo demo = decode_demo(encode_demo(shelf.read(i)), "demonstration", DemoParts::all);
+    if (const std::string problem = find_incoherence(demo); !problem.empty())
+      throw std::runtime_error("demonstration " + std::to_string(i) + ": " + problem);
+  }
 }
 
 template <typename Add>
@@ -89,7 +99,7 @@ Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::
   try {
     shelf = open_shelf(format, source);
     if (shelf.count == 0) throw std::runtime_error(source.string() + ": holds no demonstration");
-    read_all(shelf);
+    judge_all(shelf);
   } catch (const std::exception& error) {
     const std::string what = error.what();
     throw BadImport(what.starts_with(source.string()) ? what : source.string() + ": " + what);
@@ -105,8 +115,14 @@ Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::
         continue;
       }
       contents.add(file);
-      imported.ids.push_back(store.save(demo));
-      progress(i + 1, imported.ids.back());
+      try {
+        imported.ids.push_back(store.save(demo));
+        progress(i + 1, imported.ids.back());
+      } catch (const RefusedDemo& error) {
+        if (error.twin.empty()) throw;
+        ++imported.known;
+        progress(i + 1, std::string("left out: ") + error.what());
+      }
     }
   } catch (...) {
     for (const std::string& id : imported.ids) store.remove(id);

@@ -38,7 +38,7 @@ class BadImport : public std::runtime_error {
 
 struct Imported {
   std::vector<std::string> ids;  ///< the new ones
-  int known = 0;                 ///< left out: the very same lie in the data folder already
+  int known = 0;                 ///< left out: the same motion lies in the data folder already
 };
 
 /// Reads everything before it saves anything; what it saved goes again when a later one cannot be saved.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "policy/one_robot.h"
+#include "recorder/demo_file.h"
 
 namespace flowscope {
 
@@ -80,19 +81,36 @@ std::future<void> PolicyLoop::load(std::filesystem::path file) {
 
 void PolicyLoop::add_demo(Room& room, const std::string& id) {
   try {
-    const Demo demo = store_.load_keyframes(id);
-    if (!room.tasks.empty() && std::ranges::find(room.tasks, demo.info.task) == room.tasks.end()) return;
-    if (demo.info.unfinished() && !room.unfinished) return;
-    room.trainer->add(demo, held_out(room.position[demo.info.task]++));
-  } catch (const std::exception& error) {
-    spdlog::warn("demonstration {} is left out of training: {}", id, error.what());
+    const DemoInfo info = read_demo_info(store_.path(id));
+    if (!room.tasks.empty() && std::ranges::find(room.tasks, info.task) == room.tasks.end()) return;
+    if (info.unfinished() && !room.unfinished) return;
+  } catch (const std::exception&) {
+    // the intake says what is wrong with it
   }
+  if (const std::string problem = room.intake->add(*room.trainer, id); !problem.empty())
+    spdlog::warn("left out of training: {}", problem);
 }
 
-TrainingChoice PolicyLoop::choice_for(const TrainRequest& request) const {
+/// Those that are damaged are told and end no training; without any other there is none.
+void PolicyLoop::take_demos(Room& room, const TrainingChoice& choice) {
+  for (const DemoProblem& problem : room.intake->add_all(*room.trainer, choice.demos))
+    room.report.left_out.emplace_back(problem.id, problem.problem);
+  for (const auto& [id, problem] : room.report.left_out) spdlog::warn("left out of training: {}", problem);
+  if (room.trainer->status().demos > 0) return;
+  const std::string why = room.report.left_out.empty() ? "" : "; " + room.report.left_out.front().second;
+  room.trainer.reset();
+  if (!room.loaded && std::filesystem::exists(file_)) {  // what was trained here before is not lost
+    room.loaded = load_policy(file_);
+    room.file = file_;
+  }
+  publish(room);
+  throw ApiError(409, "no_demonstrations", "none of the demonstrations can be learnt from" + why);
+}
+
+TrainingChoice PolicyLoop::choice_for(const TrainRequest& request, std::vector<DemoProblem>& left_out) const {
   TrainingChoice choice;
   try {
-    choice = choose_training(store_.list(), request.tasks, request.unfinished);
+    choice = choose_training(store_.list(&left_out), request.tasks, request.unfinished);
   } catch (const std::invalid_argument& error) {
     throw ApiError(409, "several_robots", error.what(), "tasks");
   }
@@ -107,16 +125,20 @@ TrainingChoice PolicyLoop::choice_for(const TrainRequest& request) const {
 std::future<TrainReport> PolicyLoop::start(TrainRequest request) {
   return queue_.post([this, request = std::move(request)](Room& room) {
     if (room.training) throw ApiError(409, "already_training", "training is running; stop it first");
-    const TrainingChoice choice = choice_for(request);
+    std::vector<DemoProblem> unreadable;
+    const TrainingChoice choice = choice_for(request, unreadable);
     begin(room, request);
+    room.report.left_out.clear();
+    for (const DemoProblem& problem : unreadable)
+      room.report.left_out.emplace_back(problem.id, problem.problem);
     try {
       require_same_robot(room.trainer->robot(), choice.robot);
     } catch (const std::invalid_argument& error) {
       throw ApiError(409, "other_robot", error.what(), "tasks");
     }
-    for (const auto& demo : choice.demos) add_demo(room, demo.id);
+    take_demos(room, choice);
     const TrainStatus now = room.trainer->status();
-    if (request.resume) room.trainer->go_on_for(request.minutes.value_or(0));
+    if (request.resume) room.trainer->go_on_for(request.minutes.value_or(0), request.steps.value_or(0));
     room.until_step = request.steps ? now.step + *request.steps : 0;
     room.until_minutes = request.minutes ? now.minutes + *request.minutes : 0;
     room.saved_minutes = room.validated_minutes = now.minutes;
@@ -142,12 +164,13 @@ void PolicyLoop::begin(Room& room, const TrainRequest& request) {
     if (!request.resume) {
       room.trainer = Trainer::create(options);
       room.report = {};
+      room.saved.clear();
     } else if (room.trainer && room.trainer->status().step > 0) {
-      room.trainer->save(
-          file_);  // what could not be saved at the end of the last training is not lost either
+      save_first(room);
       room.trainer = Trainer::resume(file_);
     } else if (room.loaded) {
       room.trainer = Trainer::resume(room.file);
+      room.saved = room.file;
     } else {
       throw ApiError(409, "no_policy", "there is no trained policy to go on with");
     }
@@ -158,7 +181,21 @@ void PolicyLoop::begin(Room& room, const TrainRequest& request) {
   }
   room.tasks = request.tasks;
   room.unfinished = request.unfinished;
-  room.position.clear();
+  room.intake.emplace(store_);
+}
+
+/// What could not be saved at the end of the last training is not lost either.
+void PolicyLoop::save_first(Room& room) {
+  try {
+    save(room);
+  } catch (const std::exception& error) {
+    throw ApiError(507, "not_saved", error.what());
+  }
+}
+
+void PolicyLoop::save(Room& room) {
+  room.trainer->save(file_);  // where this throws, what was saved before is still there
+  room.saved = file_;
 }
 
 std::future<TrainReport> PolicyLoop::stop() {
@@ -186,7 +223,7 @@ void PolicyLoop::train_step(Room& room) {
     }
     if (now.minutes - room.saved_minutes >= save_every_minutes) {
       room.saved_minutes = now.minutes;
-      room.trainer->save(file_);
+      save(room);
     }
     const bool done = (room.until_step > 0 && now.step >= room.until_step) ||
                       (room.until_minutes > 0 && now.minutes >= room.until_minutes);
@@ -204,7 +241,7 @@ void PolicyLoop::finish(Room& room, const std::string& error) {
   room.report.error = error;
   try {
     if (error.empty() && room.trainer->status().step > 0) {
-      room.trainer->save(file_);
+      save(room);
       let_go(room);
     }
   } catch (const std::exception& failure) {
@@ -214,15 +251,17 @@ void PolicyLoop::finish(Room& room, const std::string& error) {
   publish(room);
 }
 
+bool PolicyLoop::predicts_with_trainer(const Room& room) {
+  return room.trainer && room.trainer->status().step > 0;
+}
+
 void PolicyLoop::publish(Room& room) {
   report_.publish(room.report);
   PolicyStatus status;
-  status.loaded = room.trainer || room.loaded;
-  status.file = (room.trainer ? file_ : room.file).string();
-  if (room.trainer)
-    status.generation = room.trainer->generation();
-  else if (room.loaded)
-    status.generation = room.loaded->generation();
+  const bool trained_here = predicts_with_trainer(room);
+  status.loaded = trained_here || room.loaded;
+  if (status.loaded) status.file = (trained_here ? room.saved : room.file).string();
+  if (status.loaded) status.generation = (trained_here ? *room.trainer : *room.loaded).generation();
   status_.publish(status);
   on_report_(room.report);
 }
@@ -235,7 +274,7 @@ void PolicyLoop::demo_saved(const std::string& id) {
 
 void PolicyLoop::demo_removed(const std::string& id) {
   queue_.post([id](Room& room) {
-    if (room.trainer) room.trainer->remove(id);
+    if (room.trainer) room.intake->remove(*room.trainer, id);
   });
 }
 
@@ -248,6 +287,7 @@ void PolicyLoop::let_go(Room& room) {
     room.loaded = load_policy(file_);
     room.file = file_;
     room.trainer = nullptr;
+    room.intake.reset();
   } catch (const std::exception& error) {
     spdlog::warn("the policy just saved cannot be read, so it stays in memory: {}", error.what());
   }
@@ -274,7 +314,7 @@ std::future<std::vector<FlowTrace>> PolicyLoop::predict(PolicyInput input, Predi
 void PolicyLoop::take_up(Room& room, Asked asked, const PolicyInput& input, const PredictOptions& options,
                          int samples) {
   if (leaving_) throw leaving();
-  const bool trained_here = room.trainer && room.trainer->status().step > 0;
+  const bool trained_here = predicts_with_trainer(room);
   if (!trained_here && !room.loaded)
     throw ApiError(409, "no_policy", "there is no policy yet: train one or start with --policy FILE");
   if (trained_here)
@@ -295,7 +335,7 @@ void PolicyLoop::predict_on(Room& room) {
     if (one->prediction->advance(slice)) return;
     std::vector<FlowTrace> traces = one->prediction->take();
     if (one->in_training)
-      for (FlowTrace& trace : traces) trace.policy_file = file_.string();
+      for (FlowTrace& trace : traces) trace.policy_file = room.saved.string();
     one->answer->set_value(std::move(traces));
   } catch (...) {
     one->answer->set_exception(std::current_exception());

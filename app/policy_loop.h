@@ -6,9 +6,9 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -77,15 +77,16 @@ class PolicyLoop {
     std::filesystem::path file;  ///< of `loaded`
     bool training = false;
     std::vector<std::string> tasks;
-    bool unfinished = false;                      ///< learns from those that do not succeed, too
-    std::map<std::string, std::size_t> position;  ///< demonstrations of each task added so far
-    std::int64_t until_step = 0;                  ///< 0: no limit
+    bool unfinished = false;               ///< learns from those that do not succeed, too
+    std::optional<TrainingIntake> intake;  ///< of `trainer`
+    std::filesystem::path saved;           ///< where the trainer's weights were saved last; empty: nowhere
+    std::int64_t until_step = 0;           ///< 0: no limit
     double until_minutes = 0;
     double saved_minutes = 0, validated_minutes = 0;
     web::TrainReport report;
   };
   /// Throws web::ApiError.
-  TrainingChoice choice_for(const web::TrainRequest& request) const;
+  TrainingChoice choice_for(const web::TrainRequest& request, std::vector<DemoProblem>& left_out) const;
   void begin(Room& room, const web::TrainRequest& request);
   void train_step(Room& room);
   void take_up(Room& room, Asked asked, const PolicyInput& input, const PredictOptions& options, int samples);
@@ -95,6 +96,10 @@ class PolicyLoop {
   /// The weights that were trained and kept go on from their file; all that only training needs is let go.
   void let_go(Room& room);
   void add_demo(Room& room, const std::string& id);
+  void take_demos(Room& room, const TrainingChoice& choice);
+  void save_first(Room& room);
+  void save(Room& room);
+  static bool predicts_with_trainer(const Room& room);
   void finish(Room& room, const std::string& error);
   void publish(Room& room);
 

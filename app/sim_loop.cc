@@ -109,43 +109,87 @@ void SimLoop::see(Room& room, const Frame& frame) {
   }
 }
 
+void SimLoop::set_up(Room& room, const std::string& task, int variation, std::uint64_t seed) {
+  auto wanted = tasks_.get(task);
+  if (!room.world || &room.world->task() != wanted.get()) {
+    auto fresh = std::make_unique<World>(wanted);
+    fresh->reset(variation, seed);  // only a world that could be reset replaces the old one
+    room.world = std::move(fresh);
+  } else {
+    room.world->reset(variation, seed);
+  }
+  ++room.episode;
+  end_jog(room);
+  room.session.restart(*room.world);
+  room.history = {room.world->robot()};
+  room.run.clear();
+  publish(room);
+}
+
 std::future<void> SimLoop::reset(std::string task, int variation, std::uint64_t seed) {
-  return queue_.post([this, task = std::move(task), variation, seed](Room& room) {
-    auto wanted = tasks_.get(task);
-    if (!room.world || &room.world->task() != wanted.get()) {
-      auto fresh = std::make_unique<World>(wanted);
-      fresh->reset(variation, seed);  // only a world that could be reset replaces the old one
-      room.world = std::move(fresh);
-    } else {
-      room.world->reset(variation, seed);
-    }
-    ++room.episode;
-    end_jog(room);
-    room.session.restart(*room.world);
-    room.history = {room.world->robot()};
-    room.run.clear();
-    publish(room);
+  return queue_.post(
+      [this, task = std::move(task), variation, seed](Room& room) { set_up(room, task, variation, seed); });
+}
+
+void SimLoop::require_scene(const Room& room, const Placement& wanted) const {
+  if (room.world) {
+    const Episode& now = room.world->episode();
+    if (Placement{now.task, now.variation, now.seed} == wanted) return;
+  }
+  throw SceneChanged("the scene was set up anew before the script could begin");
+}
+
+void SimLoop::restart_if_rebuilt(Room& room) {
+  const World& w = world(room);
+  if (room.session.holds(w.frame().time_s)) return;
+  ++room.episode;
+  room.session.restart(w);
+  room.history = {w.robot()};
+  room.run.clear();
+}
+
+RunReport SimLoop::run(Room& room, const Script& script, const Observe& observe,
+                       const std::stop_token& stop) {
+  end_jog(room);
+  room.run.clear();
+  RunReport report = flowscope::run_script(
+      world(room), script, observe, [&](const Frame& frame) { see(room, frame); }, stop);
+  for (int k : keyframes_to_learn(room.run)) {
+    const Frame& frame = room.run[k];
+    room.history.push_back({frame.world_from_tool, frame.openness, frame.q});
+  }
+  restart_if_rebuilt(room);
+  publish(room);
+  return report;
+}
+
+std::future<RunReport> SimLoop::run_script(Placement wanted, Script script, std::stop_token stop) {
+  return queue_.post([this, wanted = std::move(wanted), script = std::move(script), stop](Room& room) {
+    require_scene(room, wanted);
+    return run(room, script, {}, stop);
   });
 }
 
-std::future<RunReport> SimLoop::run_script(Script script, Observe observe, std::stop_token stop) {
-  return queue_.post([this, script = std::move(script), observe = std::move(observe), stop](Room& room) {
-    end_jog(room);
-    room.run.clear();
-    RunReport report = flowscope::run_script(
-        world(room), script, observe, [&](const Frame& frame) { see(room, frame); }, stop);
-    for (int k : keyframes_to_learn(room.run)) {
-      const Frame& frame = room.run[k];
-      room.history.push_back({frame.world_from_tool, frame.openness, frame.q});
+std::future<RunReport> SimLoop::record_script(Placement wanted, Script script, Observe observe,
+                                              std::stop_token stop) {
+  return queue_.post([this, wanted = std::move(wanted), script = std::move(script),
+                      observe = std::move(observe), stop](Room& room) {
+    require_scene(room, wanted);
+    if (stop.stop_requested()) {  // the scene is another's by now
+      RunReport report;
+      report.reason = "cancelled before it began";
+      return report;
     }
-    publish(room);
-    return report;
+    set_up(room, wanted.task, wanted.variation, wanted.seed);
+    return run(room, script, observe, stop);
   });
 }
 
-std::future<MotionResult> SimLoop::execute(GripperAction action, std::uint64_t seed, std::stop_token stop) {
-  return queue_.post([this, action, seed, stop](Room& room) {
+std::future<MotionResult> SimLoop::execute(GripperAction action, std::uint64_t seed, std::uint64_t episode,
+                                           std::stop_token stop) {
+  return queue_.post([this, action, seed, episode, stop](Room& room) {
     World& w = world(room);
+    if (room.episode != episode) throw SceneChanged("the scene was set up anew before the arm could move");
     end_jog(room);
     MotionResult result = execute_keyframe(
         w, action, seed,
@@ -155,6 +199,7 @@ std::future<MotionResult> SimLoop::execute(GripperAction action, std::uint64_t s
         },
         stop);
     room.history.push_back(w.robot());
+    restart_if_rebuilt(room);
     publish(room);
     return result;
   });

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -55,10 +56,28 @@ class SimLoop {
 
   /// Throws what the task library throws, through the future.
   std::future<void> reset(std::string task, int variation, std::uint64_t seed);
-  /// `observe` takes the pictures of the keyframes; it is called on the sim thread.
-  std::future<RunReport> run_script(Script script, Observe observe, std::stop_token stop);
-  /// Moves to a predicted keyframe as the benchmark's evaluation does: arm first, then the gripper.
-  std::future<MotionResult> execute(GripperAction action, std::uint64_t seed, std::stop_token stop);
+  /// A placement of a task. Another episode with the same one is as good.
+  struct Placement {
+    std::string task;
+    int variation = 0;
+    std::uint64_t seed = 0;
+    bool operator==(const Placement&) const = default;
+  };
+  /// The scene is another one than the script was given for.
+  class SceneChanged : public std::runtime_error {
+   public:
+    using std::runtime_error::runtime_error;
+  };
+  /// Runs it in the scene as it is, which must still be of placement `wanted`: SceneChanged.
+  std::future<RunReport> run_script(Placement wanted, Script script, std::stop_token stop);
+  /// Resets to the placement and runs, as one: nothing comes between, and the demonstration begins where the
+  /// benchmark's does. `observe` takes the pictures of the keyframes; it is called on the sim thread.
+  std::future<RunReport> record_script(Placement wanted, Script script, Observe observe,
+                                       std::stop_token stop);
+  /// Moves to a predicted keyframe as the benchmark's evaluation does: arm first, then the gripper. Throws
+  /// SceneChanged when `episode` (of the snapshot that it was predicted for) is over.
+  std::future<MotionResult> execute(GripperAction action, std::uint64_t seed, std::uint64_t episode,
+                                    std::stop_token stop);
 
   /// Moves the tool by hand, in real time, until the command is renewed no more.
   void jog(const JogCommand& command);
@@ -85,6 +104,13 @@ class SimLoop {
     std::optional<Jogger> jogger;  ///< of the movement by hand in progress
     JogControl::Clock::time_point next_jog{};
   };
+  void set_up(Room& room, const std::string& task, int variation, std::uint64_t seed);
+  /// Throws SceneChanged.
+  void require_scene(const Room& room, const Placement& wanted) const;
+  RunReport run(Room& room, const Script& script, const Observe& observe, const std::stop_token& stop);
+  /// After a motion: a simulation that failed has set the scene up anew, and what moved before is no part of
+  /// it.
+  void restart_if_rebuilt(Room& room);
   void publish(Room& room);
   void see(Room& room, const Frame& frame);
   /// Where the hand goes on when other motions have to end first, or when the world is another now.

@@ -189,12 +189,13 @@ std::vector<web::TaskEntry> Studio::tasks() {
 }
 
 void Studio::interrupt_motion() {
-  std::string running;
-  {
-    std::lock_guard lock(mutex_);
-    running = motion_job_;
-  }
-  jobs_.cancel_if_known(running);
+  jobs_.cancel_if_known(motion_job_);
+}
+
+std::string Studio::start_motion(const std::string& kind, std::function<void(JobBoard::Handle&)> work) {
+  std::lock_guard lock(mutex_);
+  interrupt_motion();
+  return motion_job_ = jobs_.start(JobLane::motion, kind, std::move(work));
 }
 
 void Studio::clear_shown() {
@@ -221,10 +222,15 @@ StateSnapshot Studio::reset(const std::string& task, std::optional<int> variatio
                        std::to_string(v),
                    "variation");
   }
-  interrupt_motion();
+  std::future<void> done;
+  {
+    std::lock_guard lock(mutex_);  // whoever starts a motion now does so in the new scene
+    interrupt_motion();
+    done = sim_.reset(task, v, seed.value_or(0));
+  }
   clear_shown();
   show_failure({}, "");
-  sim_.reset(task, v, seed.value_or(0)).get();
+  done.get();
   return state();
 }
 

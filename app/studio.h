@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -100,14 +101,22 @@ class Studio : public web::Backend {
   /// Draws where a failed move was to go and why it is not there, until the next run or reset; without a pose
   /// nothing.
   void show_failure(const std::optional<Pose>& world_from_tool, const std::string& reason);
-  /// Ends the script or move that runs, if any, and waits for it.
+  /// Asks the script or move that runs, if any, to end. Under the mutex.
   void interrupt_motion();
+  /// In the place of the one that runs, if any, with nothing between.
+  std::string start_motion(const std::string& kind, std::function<void(JobBoard::Handle&)> work);
+  /// One script on the sim thread; draws where it failed. Throws ApiError 409 when the scene is another by
+  /// then.
+  RunReport follow_script(const SimLoop::Placement& placement, const Script& script, bool record,
+                          const std::stop_token& stop);
+  /// Throws ApiError: 422 for one that the store's check would call bad, 409 when it is there already.
+  std::string save_demo(const Demo& demo);
   /// Refuses a movement by hand while a script or a prediction moves the arm; leaves a shown trace.
   void take_over();
   void require_robot() const;  ///< throws ApiError 409 in a scene without one
   void draw_waypoints();
   /// Throws ApiError for text that is no script, and for one of another task.
-  static Script read_script(const std::string& text, const std::string& open_task);
+  Script read_script(const std::string& text, const std::string& open_task) const;
   /// The state that a view shows now.
   SceneState shown_state() const;
   std::string keep(StoredTrace stored, std::stop_token stop = {});

@@ -1,4 +1,4 @@
-// Studio: scripts, execution, exports, demonstrations, pictures.
+// Studio: execution, exports, demonstrations, pictures.
 #include <algorithm>
 #include <fstream>
 #include <map>
@@ -6,7 +6,6 @@
 
 #include "app/detector_overlay.h"
 #include "app/export_media.h"
-#include "app/failure_overlay.h"
 #include "app/studio.h"
 #include "app/trace_overlay.h"
 #include "recorder/utc_time.h"
@@ -18,104 +17,24 @@ using web::ApiError;
 using web::JobStatus;
 using web::ViewSettings;
 
-std::string Studio::task_script(const std::string& task) {
-  const auto names = tasks_.names();
-  if (std::ranges::find(names, task) == names.end())
-    throw ApiError(404, "not_found", "there is no task " + task);
-  const auto sim = scene();
-  if (sim->task == task) return sim->script_text;
-  World world(tasks_.get(task));
-  world.reset(0, 0);
-  return world.episode().demonstration_text;
-}
-
-void Studio::require_robot() const {
-  if (tasks_.get(scene()->task)->robot().joints.empty()) {
-    throw ApiError(409, "no_robot",
-                   "this scene is open for viewing only: serve it with --robot to move in it");
-  }
-}
-
-Script Studio::read_script(const std::string& text, const std::string& open_task) {
-  Script script;
-  try {
-    script = parse_script(text, "script");
-  } catch (const BadScript& error) {
-    const std::string what = error.what();
-    throw ApiError(400, "bad_script", what, what.substr(0, what.find(' ')));
-  }
-  if (!script.task.empty() && script.task != open_task) {
-    throw ApiError(409, "other_task", "the script is for " + script.task + "; the open task is " + open_task,
-                   "task");
-  }
-  return script;
-}
-
-std::string Studio::run_script(const web::ScriptRequest& request) {
-  const auto sim = scene();
-  require_robot();
-  if (request.script.empty() && !request.task.empty() && request.task != sim->task) {
-    throw ApiError(409, "other_task",
-                   "the open task is " + sim->task + "; reset to " + request.task + " first", "task");
-  }
-  const Script script =
-      read_script(request.script.empty() ? task_script(sim->task) : request.script, sim->task);
-  interrupt_motion();
-  clear_shown();
-  show_failure({}, "");
-  std::lock_guard lock(mutex_);
-  jobs_.cancel_if_known(motion_job_);  // two calls at once: the later one moves the arm
-  motion_job_ = jobs_.start(
-      JobLane::motion, "script", [this, script, record = request.record](JobBoard::Handle& handle) {
-        // A demonstration starts where the benchmark's does: at the reset scene.
-        const auto before = scene();
-        if (record) sim_.reset(before->task, before->variation, before->seed).get();
-        handle.update([&](JobStatus& s) { s.message = record ? "recording" : "running"; });
-        auto observe = [this, record](const SceneState& state) {
-          return record ? render_.observe(state).get() : Observation{};
-        };
-        const RunReport report = sim_.run_script(script, observe, handle.stop()).get();
-        if (!report.success) show_failure(report.world_from_tool, report.reason);
-        if (!report.success && record) {
-          throw ApiError(422, "run_failed", report.reason,
-                         report.line > 0 ? "script:" + std::to_string(report.line) : "");
-        }
-        if (!report.reason.empty() && !report.success) {
-          handle.update([&](JobStatus& s) { s.message = report.reason; });
-        }
-        std::string id;
-        if (record && report.demo) {
-          id = demos_.save(*report.demo);
-          policy_.demo_saved(id);
-        }
-        handle.update([&](JobStatus& s) {
-          s.demo = id;
-          s.success = report.success;
-          if (report.success) s.message = id.empty() ? "the task succeeded" : "saved " + id;
-        });
-      });
-  return motion_job_;
-}
-
-void Studio::show_failure(const std::optional<Pose>& world_from_tool, const std::string& reason) {
-  render_.show("failure", world_from_tool ? overlay_of_failure(*world_from_tool, reason) : Overlay{});
-}
-
 std::string Studio::execute_trace(const std::string& id) {
   const auto stored = traces_.get(id);
   if (stored->episode != scene()->episode) {
     throw ApiError(409, "other_scene", "that prediction was made in a scene that has been reset since");
   }
-  interrupt_motion();
   show_failure({}, "");
   render_.unpin();  // the living scene from now on, with the prediction still drawn
-  std::lock_guard lock(mutex_);
-  jobs_.cancel_if_known(motion_job_);
-  motion_job_ = jobs_.start(JobLane::motion, "execute", [this, stored](JobBoard::Handle& handle) {
+  return start_motion("execute", [this, stored](JobBoard::Handle& handle) {
     handle.update([](JobStatus& s) { s.message = "moving to the predicted keyframe"; });
-    const MotionResult result = sim_.execute(stored->trace.result, stored->trace.seed, handle.stop()).get();
+    MotionResult result;
+    try {
+      result = sim_.execute(stored->trace.result, stored->trace.seed, stored->episode, handle.stop()).get();
+    } catch (const SimLoop::SceneChanged& error) {
+      throw ApiError(409, "other_scene", error.what());
+    }
     const auto after = scene();
-    if (!result && !after->success) show_failure(result.world_from_tool, result.message);
+    if (!result && !after->success && !handle.stop().stop_requested())
+      show_failure(result.world_from_tool, result.message);
     if (!result && !after->success) throw ApiError(422, to_string(result.failure), result.message);
     handle.update([&](JobStatus& s) {
       s.success = after->success;
@@ -130,7 +49,6 @@ std::string Studio::execute_trace(const std::string& id) {
     show_trace(ids.front(), next.flow_steps);
     handle.update([&](JobStatus& s) { s.message = "arrived; the next prediction is " + ids.front(); });
   });
-  return motion_job_;
 }
 
 std::string Studio::export_media(const web::ExportRequest& request) {

@@ -106,8 +106,14 @@ std::string Studio::save_teleop(bool unfinished) {
   const auto sim = scene();
   if (!sim->by_hand.moved)
     throw ApiError(409, "nothing_by_hand", "nothing was moved by hand since the reset");
-  // A scene without success terms is never done: nothing to ask there.
-  if (!sim->success && !unfinished && !sim->terms.empty()) {
+  Demo demo;
+  try {
+    demo = sim_.session_demo([this](const SceneState& state) { return render_.observe(state).get(); }).get();
+  } catch (const std::logic_error& error) {
+    throw ApiError(409, "no_session", error.what());
+  }
+  // Asked of the demonstration, not of the scene, which may have moved on.
+  if (demo.info.unfinished() && !unfinished) {
     std::string open;
     for (const auto& term : sim->terms) {
       if (!term.met) open += (open.empty() ? "" : ", ") + term.name;
@@ -115,15 +121,7 @@ std::string Studio::save_teleop(bool unfinished) {
     throw ApiError(409, "not_done", "the task is not done (" + open + "); save it all the same?",
                    "unfinished");
   }
-  Demo demo;
-  try {
-    demo = sim_.session_demo([this](const SceneState& state) { return render_.observe(state).get(); }).get();
-  } catch (const std::logic_error& error) {
-    throw ApiError(409, "no_session", error.what());
-  }
-  const std::string id = demos_.save(demo);
-  policy_.demo_saved(id);
-  return id;
+  return save_demo(demo);
 }
 
 }  // namespace flowscope

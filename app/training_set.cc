@@ -35,4 +35,36 @@ TrainingChoice choose_training(const std::vector<DemoInfo>& stored, const std::v
   return choice;
 }
 
+std::string TrainingIntake::add(Trainer& trainer, const std::string& id) {
+  try {
+    const Demo demo = store_.load(id);
+    if (const std::string problem = judge_.find_problem(id, demo); !problem.empty())
+      return store_.path(id).string() + ": " + problem;
+    std::size_t& position = taken_[demo.info.task];
+    trainer.add(demo, held_out(position));
+    ++position;
+    return "";
+  } catch (const BadDemo& error) {
+    return error.what();
+  } catch (const std::out_of_range& error) {  // deleted meanwhile
+    return error.what();
+  } catch (const std::invalid_argument& error) {
+    return store_.path(id).string() + ": " + error.what();
+  }
+}
+
+std::vector<DemoProblem> TrainingIntake::add_all(Trainer& trainer, const std::vector<DemoInfo>& demos) {
+  std::vector<DemoProblem> left_out;
+  for (const DemoInfo& info : demos) {
+    if (std::string problem = add(trainer, info.id); !problem.empty())
+      left_out.push_back({info.id, std::move(problem)});
+  }
+  return left_out;
+}
+
+void TrainingIntake::remove(Trainer& trainer, const std::string& id) {
+  judge_.forget(id);
+  trainer.remove(id);
+}
+
 }  // namespace flowscope

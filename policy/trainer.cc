@@ -106,9 +106,9 @@ class FlowRamTrainer : public Trainer {
     return progress_.status;
   }
   TrainStatus status() const override { return progress_.status; }
-  void go_on_for(double minutes) override {
+  void go_on_for(double minutes, std::int64_t steps) override {
     progress_.options.expected_minutes = minutes > 0 ? progress_.status.minutes + minutes : 0;
-    progress_.options.expected_steps = 0;
+    progress_.options.expected_steps = minutes <= 0 && steps > 0 ? progress_.status.step + steps : 0;
   }
   std::uint64_t generation() const override { return static_cast<std::uint64_t>(progress_.status.step); }
   std::string robot() const override { return progress_.options.robot; }

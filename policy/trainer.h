@@ -83,8 +83,9 @@ class Trainer : public Policy {
   /// place.
   virtual TrainStatus step(std::stop_token stop = {}) = 0;
   virtual TrainStatus status() const = 0;
-  /// From now on the learning-rate schedule ends `minutes` later; 0: it stays level.
-  virtual void go_on_for(double minutes) = 0;
+  /// From now on the learning-rate schedule ends `minutes` later, or without minutes `steps` later; both 0:
+  /// it stays level.
+  virtual void go_on_for(double minutes, std::int64_t steps = 0) = 0;
   /// Asked to stop: the validation before.
   virtual Validation validate(int flow_steps = 4, std::stop_token stop = {}) = 0;
   /// Atomic: temporary name, sync, rename.

@@ -1,26 +1,11 @@
 #include "policy/words.h"
 
 #include <algorithm>
-#include <cctype>
 #include <stdexcept>
-#include <utility>
 
 #include "recorder/colors.h"
 
 namespace flowscope {
-std::vector<std::string> split_words(std::string_view instruction) {
-  std::vector<std::string> words;
-  std::string word;
-  for (const char c : instruction) {
-    if (std::isalnum(static_cast<unsigned char>(c))) {
-      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    } else if (!word.empty()) {
-      words.push_back(std::exchange(word, {}));
-    }
-  }
-  if (!word.empty()) words.push_back(word);
-  return words;
-}
 
 std::optional<Eigen::Vector3f> color_of_word(std::string_view word) {
   for (const NamedColor& c : benchmark_colors)

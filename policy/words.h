@@ -9,10 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace flowscope {
+#include "recorder/instruction.h"
 
-/// Lower-case words without punctuation.
-std::vector<std::string> split_words(std::string_view instruction);
+namespace flowscope {
 
 /// RGB in [0, 1] of the benchmark's 20 colour names, nothing for other words.
 std::optional<Eigen::Vector3f> color_of_word(std::string_view word);

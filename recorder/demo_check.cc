@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recorder/demo_twin.h"
+#include "recorder/instruction.h"
+
 namespace flowscope {
 namespace {
 
@@ -130,12 +133,23 @@ std::string find_incoherence(const Demo& demo) {
   if (demo.keyframes.empty()) return "no keyframe";
   if (demo.info.task.empty()) return "no task";
   if (demo.info.instruction.empty()) return "no instruction";
+  if (!has_word(demo.info.instruction)) return "the instruction holds no word";
   if (!(demo.bounds.min.array() < demo.bounds.max.array()).all()) return "the bounds are not a box";
   if (std::string problem = find_bad_frame(demo.frames); !problem.empty()) return problem;
   if (std::string problem = find_bad_state(demo.frames); !problem.empty()) return problem;
   if (std::string problem = find_bad_speed(demo.frames); !problem.empty()) return problem;
   if (std::string problem = find_bad_picture(demo.start, "start"); !problem.empty()) return problem;
   return find_bad_keyframe(demo);
+}
+
+std::string DemoJudge::find_problem(const std::string& id, const Demo& demo) {
+  if (std::string problem = find_incoherence(demo); !problem.empty()) return problem;
+  const auto [first, is_new] = by_motion_.emplace(motion_sha256(demo.frames), id);
+  return is_new || first->second == id ? "" : twin_text(first->second);
+}
+
+void DemoJudge::forget(const std::string& id) {
+  std::erase_if(by_motion_, [&](const auto& known) { return known.second == id; });
 }
 
 }  // namespace flowscope

@@ -15,6 +15,7 @@ namespace {
 constexpr char magic[] = {'F', 'L', 'O', 'W', 'D', 'E', 'M', 'O'};
 constexpr std::uint32_t version = 1;
 constexpr std::uint64_t prelude_bytes = sizeof(magic) + 2 * sizeof(std::uint32_t);
+constexpr std::uint64_t frame_size = 24 * sizeof(double);
 constexpr std::uint64_t checksum_bytes = 64;  // as hex text: `tail -c 64` shows it
 constexpr std::uint64_t max_header_bytes = 16u << 20, max_file_bytes = 2ull << 30;
 
@@ -219,6 +220,27 @@ DemoInfo read_demo_info(const std::filesystem::path& file) {
   info.id = file.stem().string();
   info.bytes = file_bytes;
   return info;
+}
+
+Bytes frame_bytes(const Frame& frame) {
+  Bytes bytes;
+  put_frame(bytes, frame);
+  return bytes;
+}
+
+Bytes read_frame_bytes(const std::filesystem::path& file, std::size_t index) {
+  std::ifstream stream(file, std::ios::binary);
+  Bytes prelude(prelude_bytes);
+  if (!stream.read(reinterpret_cast<char*>(prelude.data()), prelude_bytes)) return {};
+  Bytes bytes(frame_size);
+  try {
+    const std::uint64_t at = prelude_bytes + read_prelude(prelude, file) + index * frame_size;
+    stream.seekg(static_cast<std::streamoff>(at));
+  } catch (const BadDemo&) {
+    return {};
+  }
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()), frame_size)) return {};
+  return bytes;
 }
 
 Bytes read_demo_bytes(const std::filesystem::path& file) {

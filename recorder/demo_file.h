@@ -31,6 +31,12 @@ Demo decode_demo(std::span<const std::uint8_t> bytes, const std::filesystem::pat
 /// Reads the header alone: no checksum. Throws BadDemo.
 DemoInfo read_demo_info(const std::filesystem::path& file);
 
+/// A frame's numbers as they lie in the file, its state apart.
+Bytes frame_bytes(const Frame& frame);
+
+/// The same of frame `index` in a file, without a look at anything else; empty where there is none.
+Bytes read_frame_bytes(const std::filesystem::path& file, std::size_t index);
+
 /// The whole file. Throws BadDemo naming the file when it cannot be read or is larger than any demonstration.
 Bytes read_demo_bytes(const std::filesystem::path& file);
 

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <map>
 
 #include "recorder/atomic_file.h"
 #include "recorder/demo_check.h"
 #include "recorder/demo_file.h"
-#include "recorder/demo_states.h"
+#include "recorder/demo_twin.h"
 
 namespace flowscope {
 namespace {
@@ -81,20 +80,36 @@ std::string DemoStore::save(const Demo& demo) const {
   Demo stamped = demo;
   if (stamped.info.created.empty()) stamped.info.created = iso_8601(now);
   const Bytes bytes = encode_demo(stamped);
+  const std::lock_guard lock(*taking_in_);
+  require_good(bytes);
   for (int number = 1;; ++number) {
     const std::string id = make_id(now, demo.info.task, number);
     if (write_new_file_atomically(path(id), bytes)) return id;
   }
 }
 
-std::vector<DemoInfo> DemoStore::list() const {
+void DemoStore::require_good(const Bytes& bytes, const std::string& instead_of) const {
+  Demo demo;
+  try {  // as it will be read
+    demo = decode_demo(bytes, "demonstration", DemoParts::all);
+  } catch (const BadDemo& error) {
+    throw RefusedDemo(error.what());
+  }
+  if (const std::string problem = find_incoherence(demo); !problem.empty()) throw RefusedDemo(problem);
+  std::vector<std::filesystem::path> others = demo_files(dir_);
+  std::erase_if(others, [&](const auto& file) { return file.stem() == instead_of; });
+  if (const auto twin = find_twin(demo, others))
+    throw RefusedDemo(twin_text(twin->stem().string()), twin->stem().string());
+}
+
+std::vector<DemoInfo> DemoStore::list(std::vector<DemoProblem>* unreadable) const {
   std::vector<DemoInfo> infos;
   for (const std::filesystem::path& file : demo_files(dir_)) {
     if (!is_id(file.stem().string())) continue;
     try {
       infos.push_back(read_demo_info(file));
-    } catch (const BadDemo&) {
-      continue;  // check() names it; one bad file must not hide the good ones
+    } catch (const BadDemo& error) {  // one bad file must not hide the good ones
+      if (unreadable != nullptr) unreadable->push_back({file.stem().string(), error.what()});
     }
   }
   std::stable_sort(infos.begin(), infos.end(),
@@ -127,12 +142,16 @@ std::string DemoStore::restore(const std::string& id_or_name) const {
 void DemoStore::replace(const std::string& id, const Demo& demo) const {
   if (!std::filesystem::exists(path(id))) throw_unknown(path(id));
   const Bytes bytes = encode_demo(demo);
+  const std::lock_guard lock(*taking_in_);
+  require_good(bytes, id);
   bin().put_copy(path(id));
   write_file_atomically(path(id), bytes);
 }
 
 std::string DemoStore::adopt(const Bytes& bytes, const std::string& wanted_id) const {
   decode_demo(bytes, path(wanted_id), DemoParts::all);
+  const std::lock_guard lock(*taking_in_);
+  require_good(bytes);
   std::string id = wanted_id;
   for (int number = 2; !write_new_file_atomically(path(id), bytes); ++number) {
     const std::string ending = "-" + std::to_string(number);
@@ -143,7 +162,7 @@ std::string DemoStore::adopt(const Bytes& bytes, const std::string& wanted_id) c
 
 std::vector<DemoProblem> DemoStore::check(int* checked) const {
   std::vector<DemoProblem> problems;
-  std::map<std::string, std::string> by_states;  // fingerprint to the first id that has it
+  DemoJudge judge;
   const std::vector<std::filesystem::path> files = demo_files(dir_);
   for (const std::filesystem::path& file : files) {
     const std::string id = file.stem().string();
@@ -153,11 +172,7 @@ std::vector<DemoProblem> DemoStore::check(int* checked) const {
     }
     try {
       const Demo demo = decode_demo(read_demo_bytes(file), file, DemoParts::all);
-      std::string problem = find_incoherence(demo);
-      if (problem.empty()) {
-        const auto [first, is_new] = by_states.emplace(states_sha256(demo.frames), id);
-        if (!is_new) problem = "holds the same states as " + first->second;
-      }
+      const std::string problem = judge.find_problem(id, demo);
       if (!problem.empty()) problems.push_back({id, file.string() + ": " + problem});
     } catch (const BadDemo& error) {
       problems.push_back({id, error.what()});

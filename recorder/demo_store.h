@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -17,6 +19,14 @@ class BadDemo : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A demonstration that check() would call bad, and that is therefore not taken in; what() says why.
+class RefusedDemo : public std::runtime_error {
+ public:
+  explicit RefusedDemo(const std::string& problem, std::string id_of_twin = "")
+      : std::runtime_error(problem), twin(std::move(id_of_twin)) {}
+  std::string twin;  ///< the one that holds the same states already; empty: this one itself is wrong
+};
+
 struct DemoProblem {
   std::string id, problem;
 };
@@ -29,11 +39,13 @@ class DemoStore {
   explicit DemoStore(std::filesystem::path data_dir);
 
   /// Writes, syncs, renames, syncs the folder: when this returns the demonstration is on disk. Assigns and
-  /// returns the id. Throws std::runtime_error (disk full, no permission) and leaves nothing half-written
-  /// under a final name.
+  /// returns the id. Throws RefusedDemo for what check() would call bad, std::invalid_argument for what the
+  /// file cannot hold, std::runtime_error (disk full, no permission), and leaves nothing half-written under a
+  /// final name.
   std::string save(const Demo& demo) const;
-  /// Headers only, ordered by creation. Unreadable files are left out here and named by check().
-  std::vector<DemoInfo> list() const;
+  /// Headers only, ordered by creation. Files whose header cannot be read are left out, and told in
+  /// `unreadable`.
+  std::vector<DemoInfo> list(std::vector<DemoProblem>* unreadable = nullptr) const;
   /// Throws BadDemo, or std::out_of_range for an unknown id.
   Demo load(const std::string& id) const;
   /// Without frames' states and only what training needs: much smaller in memory.
@@ -46,17 +58,23 @@ class DemoStore {
   /// Puts `demo` in the place of `id`, whose file goes into the bin. Like save() in all else.
   void replace(const std::string& id, const Demo& demo) const;
   /// Takes in a whole file of another store, byte for byte, under `wanted_id` or, when that is taken, under
-  /// one with a free number; returns the id. Throws BadDemo when the bytes are not a demonstration.
+  /// one with a free number; returns the id. Throws BadDemo when the bytes are not a demonstration,
+  /// RefusedDemo for what check() would call bad.
   std::string adopt(const std::vector<std::uint8_t>& bytes, const std::string& wanted_id) const;
   DemoBin bin() const { return DemoBin(dir_.parent_path() / "bin"); }
-  /// Verifies every checksum and that the content is coherent (finite numbers, keyframes in order, no
-  /// constant picture, positions that agree with speeds) and that no two hold the same states.
+  /// Verifies every checksum and what DemoJudge finds (demo_check.h): the rule by which save(), replace() and
+  /// adopt() take demonstrations in.
   std::vector<DemoProblem> check(int* checked = nullptr) const;
   std::filesystem::path path(const std::string& id) const;
   std::filesystem::path data() const { return dir_.parent_path(); }
 
  private:
+  /// Throws RefusedDemo unless the file of these bytes would pass check() beside the others; `instead_of`:
+  /// one that it is to replace.
+  void require_good(const std::vector<std::uint8_t>& bytes, const std::string& instead_of = "") const;
+
   std::filesystem::path dir_;
+  std::shared_ptr<std::mutex> taking_in_ = std::make_shared<std::mutex>();  ///< no twins at one moment
 };
 
 }  // namespace flowscope

@@ -7,6 +7,8 @@
 #include <cstdio>
 
 #include "recorder/keyframes.h"
+#include "recorder/lost_things.h"
+#include "recorder/script_check.h"
 #include "recorder/script_poses.h"
 #include "recorder/utc_time.h"
 
@@ -23,6 +25,10 @@ std::string false_terms(const World& world) {
     text += "success term " + term.name + " is false" + (term.value.empty() ? "" : " (" + term.value + ")");
   }
   return text.empty() ? "the task's condition does not hold" : text;
+}
+
+std::string waypoint_text(const RunReport& report) {
+  return "waypoint " + std::to_string(report.step + 1) + " (line " + std::to_string(report.line) + "): ";
 }
 
 /// Nothing has moved yet, and what is wrong is the pose.
@@ -42,13 +48,10 @@ class ScriptRun {
 
   /// Fills step, line and reason where it fails.
   bool execute(RunReport& report) {
-    if (!script_.task.empty() && script_.task != world_.task().name()) {
-      report.reason =
-          "the script is for task '" + script_.task + "', the scene is '" + world_.task().name() + "'";
-      return false;
-    }
-    if (script_.steps.empty()) {
-      report.reason = "the scene has no demonstration of its own: write a script";
+    if (const auto problem = find_problem(script_, world_.task())) {
+      report.step = problem->step;
+      report.line = problem->place.line;
+      report.reason = problem->step < 0 ? problem->message : waypoint_text(report) + problem->message;
       return false;
     }
     for (std::size_t i = 0; i < script_.steps.size() && !world_.success(); ++i) {
@@ -57,13 +60,13 @@ class ScriptRun {
       report.step = static_cast<int>(i);
       report.line = script_.steps[i].line;
       report.world_from_tool = result.world_from_tool;
-      report.reason = "waypoint " + std::to_string(i + 1) + " (line " + std::to_string(report.line) +
-                      "): " + to_string(result.failure) + ": " + result.message;
+      report.reason = waypoint_text(report) + to_string(result.failure) + ": " + result.message;
       return false;
     }
     return await_success(report);
   }
 
+  const SceneState& start() const { return frames_.front().state; }
   std::vector<Frame> take_frames() { return std::move(frames_); }
   std::vector<TermSeries> take_terms() { return std::move(terms_); }
   double sim_seconds() const { return frames_.back().time_s - frames_.front().time_s; }
@@ -201,6 +204,7 @@ RunReport run_script(World& world, const Script& script, const Observe& observe,
   RunReport report;
   ScriptRun run(world, script, on_frame, std::move(stop));
   report.success = run.execute(report);
+  if (!report.success) report.reason += lost_text(world, run.start());
   report.sim_seconds = run.sim_seconds();
   report.terms = run.take_terms();
   if (report.success && observe) {

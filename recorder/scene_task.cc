@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
+#include "recorder/instruction.h"
 #include "recorder/robot_check.h"
 #include "recorder/scene_edit.h"
 #include "recorder/scene_files.h"
@@ -93,6 +94,15 @@ std::string scene_name(const std::filesystem::path& file) {
     if (!plain) c = '_';
   }
   return name;
+}
+
+/// What a policy reads where nobody said what is to be done: the scene's name in words.
+std::string instruction_of(const SceneCall& call) {
+  if (!call.instruction.empty()) return call.instruction;
+  std::string words;
+  for (const std::string& word : split_words(call.scene.stem().string()))
+    words += (words.empty() ? "" : " ") + word;
+  return words.empty() ? "scene" : words;
 }
 
 /// A user's description; none where there is no robot or it is one of ours.
@@ -205,7 +215,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   if (raw.model->nlight == 0) model->vis.headlight = table->vis.headlight;
   StartState start = start_state(raw.model.get(), model.get(), call.key);
   follow(raw.mimics, model.get(), start.qpos);
-  return std::make_shared<SceneTask>(scene_name(call.scene), call.instruction, std::move(model),
+  return std::make_shared<SceneTask>(scene_name(call.scene), instruction_of(call), std::move(model),
                                      std::move(robot), std::move(start),
                                      scene_origin(call, raw.model.get(), robot_file(call.robot, assets)));
 }

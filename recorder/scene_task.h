@@ -14,7 +14,7 @@ namespace flowscope {
 struct SceneCall {
   std::filesystem::path scene;
   std::string robot;        ///< description's file or the name of one of ours; empty: for viewing only
-  std::string instruction;  ///< may be empty
+  std::string instruction;  ///< empty: the words of the scene's name, for a policy must read something
   /// The key frame that it begins with: its name, or its number from 0. Empty: the first, if there is one.
   std::string key{};
   /// Hears what people should know of a scene that opens all the same.

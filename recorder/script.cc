@@ -70,7 +70,10 @@ class Reader {
   Script script(const YAML::Node& root) const {
     check_keys(root, "script", {"task", "steps"});
     Script result;
-    if (const auto task = root["task"]) result.task = text(task, "task");
+    if (const auto task = root["task"]) {
+      result.task = text(task, "task");
+      result.task_place = place(task);
+    }
     const auto steps = root["steps"];
     if (!steps) reporter_.fail(root.Mark(), "script has no 'steps'");
     if (!steps.IsSequence()) reporter_.fail(steps.Mark(), "'steps' must be a list");
@@ -98,6 +101,8 @@ class Reader {
       if (!seen.insert(key).second) reporter_.fail(entry.first.Mark(), "'" + key + "' is given twice");
     }
   }
+
+  static TextPlace place(const YAML::Node& node) { return {node.Mark().line + 1, node.Mark().column + 1}; }
 
   std::string text(const YAML::Node& node, const std::string& key) const {
     if (!node.IsScalar() || node.Scalar().empty())
@@ -155,7 +160,11 @@ class Reader {
     check_keys(node, "move",
                {"frame", "position", "rpy_deg", "quaternion", "path", "ignore_collisions", "yaw_symmetry"});
     MoveStep result;
-    if (const auto frame = node["frame"]) result.frame = text(frame, "frame");
+    result.frame_place = place(node);
+    if (const auto frame = node["frame"]) {
+      result.frame = text(frame, "frame");
+      result.frame_place = place(frame);
+    }
     const auto position = node["position"];
     if (!position) reporter_.fail(node.Mark(), "move needs a 'position'");
     result.frame_from_tool.position = vector<3>(position, "position");
@@ -213,7 +222,9 @@ Script parse_script(const std::string& text, const std::string& file_name) {
     Screening screening(reporter);
     if (!parser.HandleNextDocument(screening)) reporter.fail(YAML::Mark(), "is empty");
     if (parser.HandleNextDocument(screening)) reporter.fail(YAML::Mark(), "holds more than one document");
-    return Reader(reporter).script(YAML::Load(text));
+    Script script = Reader(reporter).script(YAML::Load(text));
+    script.file = file_name;
+    return script;
   } catch (const YAML::Exception& error) {
     reporter.fail(error.mark, "is not YAML: " + error.msg);
   }

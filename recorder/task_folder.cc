@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "recorder/instruction.h"
 #include "recorder/robot_check.h"
 #include "recorder/scene_files.h"
 #include "recorder/success.h"
@@ -57,6 +58,8 @@ class FolderTask : public Task {
       } else {
         sentence = reader_.text(item, "instruction");
       }
+      if (!has_word(sentence))
+        reader_.fail(item, "an instruction must hold a word: it is what a policy reads");
       result.push_back(std::move(sentence));
     }
     if (result.empty()) reader_.fail(filled, "'instructions' is empty");
@@ -153,10 +156,7 @@ class FolderTask : public Task {
       const std::string above(static_cast<std::size_t>(std::max(step.line - 2, 0)), '\n');
       const Script script = parse_script(above + "steps:\n- " + to_yaml(step), reader_.file());
       const auto* move = std::get_if<MoveStep>(&script.steps.at(0).what);
-      if (!move || move->frame == "world" || mj_name2id(model_.get(), mjOBJ_SITE, move->frame.c_str()) >= 0 ||
-          mj_name2id(model_.get(), mjOBJ_BODY, move->frame.c_str()) >= 0) {
-        continue;
-      }
+      if (!move || has_frame(model_.get(), move->frame)) continue;
       reader_.fail(step, "the scene has no body or site '" + move->frame + "'");
     }
   }

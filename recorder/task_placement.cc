@@ -242,6 +242,24 @@ double footprint_distance(const Footprint& a, const Footprint& b) {
   return distance;
 }
 
+bool has_frame(const mjModel* model, const std::string& name) {
+  return name == "world" || name == "tool" || mj_name2id(model, mjOBJ_SITE, name.c_str()) >= 0 ||
+         mj_name2id(model, mjOBJ_BODY, name.c_str()) >= 0;
+}
+
+std::string unknown_frame_text(const mjModel* model, const std::string& name) {
+  std::string known = "world, tool";
+  for (const auto& [type, count] :
+       {std::pair{mjOBJ_SITE, model->nsite}, std::pair{mjOBJ_BODY, model->nbody}}) {
+    for (int i = 0; i < count; ++i) {
+      const char* other = mj_id2name(model, type, i);
+      const std::string word = other ? other : "";
+      if (!word.empty() && word != "world" && word != "tool") known += ", " + word;
+    }
+  }
+  return "the scene has no frame '" + name + "' (known: " + known + ")";
+}
+
 std::optional<Pose> find_frame(const mjModel* model, const mjData* data, const std::string& name) {
   if (name == "world") return Pose{};
   const mjtNum *position = nullptr, *matrix = nullptr;

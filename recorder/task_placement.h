@@ -71,5 +71,9 @@ double footprint_distance(const Footprint& a, const Footprint& b);
 /// World pose of a frame that a script may name: world, a site (tool among them) or a body. Kinematics must
 /// be up to date. Empty for an unknown name.
 std::optional<Pose> find_frame(const mjModel_* model, const mjData_* data, const std::string& name);
+/// Whether there is one, which the model alone tells; `tool` always is.
+bool has_frame(const mjModel_* model, const std::string& name);
+/// For a message: that there is none, and which there are.
+std::string unknown_frame_text(const mjModel_* model, const std::string& name);
 
 }  // namespace flowscope

@@ -33,6 +33,9 @@ class TeleopSession {
   int frames() const { return static_cast<int>(frames_.size()); }
   int marks() const { return static_cast<int>(marks_.size()); }
   bool moved_by_hand() const { return by_hand_; }
+  /// Whether `time_s` is where it has come to: the world moved on with it and was not set up anew. Also when
+  /// it overflowed.
+  bool holds(double time_s) const { return !frames_.empty() && time_s >= frames_.back().time_s; }
   /// More frames than are kept: no demonstration can be made of this.
   bool overflowed() const { return overflowed_; }
 

@@ -260,14 +260,7 @@ RobotState World::robot() const {
 Pose World::world_from(const std::string& frame) const {
   const mjModel* m = impl_->model.get();
   if (const auto pose = find_frame(m, impl_->data.get(), frame)) return *pose;
-  std::string known = "world";
-  for (const auto& [type, count] : {std::pair{mjOBJ_SITE, m->nsite}, std::pair{mjOBJ_BODY, m->nbody}}) {
-    for (int i = 0; i < count; ++i) {
-      const char* name = mj_id2name(m, type, i);
-      if (name && *name && std::string(name) != "world") known += std::string(", ") + name;
-    }
-  }
-  throw std::invalid_argument("the scene has no frame '" + frame + "' (known: " + known + ")");
+  throw std::invalid_argument(unknown_frame_text(m, frame));
 }
 
 const mjModel* World::model() const { return impl_->model.get(); }

@@ -115,6 +115,7 @@ struct TrainReport {
   std::vector<std::pair<std::int64_t, double>> loss_history;  ///< step, loss; thinned to at most 1000
   std::vector<std::tuple<std::int64_t, double, double>> validation_history;  ///< step, mm, degrees
   std::string error;                                                         ///< why it stopped, if it failed
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< damaged demonstrations: id, what is wrong
 };
 
 struct PredictRequest {

@@ -80,12 +80,18 @@ Json to_json(const ViewSettings& view) {
 
 namespace {
 
+/// Null where nothing was held out to measure it on.
+template <typename Errors>
+Json if_measured(const Errors& errors, double value) {
+  return errors.keyframes > 0 ? Json(value) : Json();
+}
+
 Json status_json(const TrainStatus& status) {
   Json tasks = Json::array();
   for (const TaskError& t : status.validation.tasks)
     tasks.push_back({{"task", t.task},
-                     {"position_mm", t.position_mm},
-                     {"rotation_deg", t.rotation_deg},
+                     {"position_mm", if_measured(t, t.position_mm)},
+                     {"rotation_deg", if_measured(t, t.rotation_deg)},
                      {"keyframes", t.keyframes}});
   return {{"step", status.step},
           {"loss", status.loss},
@@ -98,8 +104,8 @@ Json status_json(const TrainStatus& status) {
           {"minutes", status.minutes},
           {"demos", status.demos},
           {"validation",
-           {{"position_mm", status.validation.position_mm},
-            {"rotation_deg", status.validation.rotation_deg},
+           {{"position_mm", if_measured(status.validation, status.validation.position_mm)},
+            {"rotation_deg", if_measured(status.validation, status.validation.rotation_deg)},
             {"keyframes", status.validation.keyframes},
             {"tasks", tasks}}}};
 }
@@ -155,6 +161,9 @@ Json to_json(const TrainReport& report) {
   json["loss_history"] = report.loss_history;
   json["validation_history"] = report.validation_history;
   json["error"] = report.error.empty() ? Json() : Json(report.error);
+  Json left_out = Json::array();
+  for (const auto& [id, problem] : report.left_out) left_out.push_back({{"id", id}, {"problem", problem}});
+  json["left_out"] = std::move(left_out);
   return json;
 }
 

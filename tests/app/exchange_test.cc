@@ -22,6 +22,7 @@ class Exchange : public ::testing::Test {
     Demo demo = testing::sample_demo();
     demo.info.created = "2026-11-22T10:00:00.000Z";
     ids_.push_back(store_.save(demo));
+    demo = testing::sample_demo(1);
     demo.info.variation = 1;
     demo.info.created = "2026-11-22T10:00:01.000Z";
     ids_.push_back(store_.save(demo));

@@ -85,6 +85,7 @@ class Served : public ::testing::Test {
 TEST_F(Served, AFullDiskFailsTheJobAndTheWorldGoesOn) {
   const json first = record();
   ASSERT_EQ(first.at("state"), "done") << first;
+  EXPECT_EQ(call("POST", "/api/v1/reset", R"({"task": "push_buttons", "seed": 2})").status, 200);
   server_->set_max_file_bytes(kTooSmall);
   const json second = record();
   EXPECT_EQ(second.at("state"), "failed") << second;
@@ -124,6 +125,7 @@ TEST_F(Served, ASecondWriterIsToldWhoTheFirstIsAndReadersGoOn) {
 
 TEST_F(Served, WhatThePageDeletesLiesInTheBin) {
   const DemoStore store(folder_->path());
+  EXPECT_EQ(call("POST", "/api/v1/reset", R"({"task": "push_buttons", "seed": 9})").status, 200);
   const json job = record();
   ASSERT_EQ(job.at("state"), "done") << job;
   const std::string id = job.at("result").at("demo");

@@ -51,6 +51,7 @@ class Mixed : public ::testing::Test {
     Demo demo = testing::toy_push_buttons(1);
     demo.info.origin = {"panda", 7, {}};
     store_.save(demo);
+    demo = testing::toy_push_buttons(2);
     demo.info.task = "put_fruit_in_bowl";
     demo.info.origin = {"ur5", 6, {}};
     ur5_ = store_.save(demo);

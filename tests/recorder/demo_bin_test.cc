@@ -15,7 +15,7 @@ namespace {
 class Bin : public ::testing::Test {
  protected:
   std::string saved(std::uint64_t seed) const {
-    Demo demo = testing::sample_demo();
+    Demo demo = testing::sample_demo(static_cast<double>(seed));
     demo.info.seed = seed;
     return store_.save(demo);
   }
@@ -92,12 +92,13 @@ TEST_F(Bin, ADamagedFileIsListedByItsNameAndCanBeRemoved) {
 
 TEST_F(Bin, AnAdoptedFileIsTheSameAndGivesWayToATakenId) {
   const std::string id = saved(1);
-  const Bytes bytes = read_demo_bytes(store_.path(id));
+  const auto bytes_of = [](double motion) { return encode_demo(testing::sample_demo(motion)); };
+  const Bytes bytes = bytes_of(2);
   const std::string other = store_.adopt(bytes, id);
   EXPECT_NE(other, id);
   EXPECT_EQ(read_demo_bytes(store_.path(other)), bytes);
-  EXPECT_EQ(store_.adopt(bytes, std::string(64, 'x')).size(), 64u);
-  EXPECT_EQ(store_.adopt(bytes, std::string(64, 'x')).size(), 64u);
+  EXPECT_EQ(store_.adopt(bytes_of(3), std::string(64, 'x')).size(), 64u);
+  EXPECT_EQ(store_.adopt(bytes_of(4), std::string(64, 'x')).size(), 64u);
   EXPECT_THROW(store_.adopt(Bytes(100, 7), "bad"), BadDemo);
   EXPECT_FALSE(std::filesystem::exists(store_.path("bad")));
 }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <set>
 #include <thread>
@@ -102,6 +104,7 @@ TEST(DemoStore, ListReadsHeadersInOrderOfCreation) {
   Demo demo = sample_demo();
   demo.info.created = "2026-11-22T10:00:02.000Z";
   const std::string later = store.save(demo);
+  demo = sample_demo(1);
   demo.info.created = "2026-11-22T10:00:01.000Z";
   const std::string earlier = store.save(demo);
   const std::vector<DemoInfo> infos = store.list();
@@ -116,13 +119,12 @@ TEST(DemoStore, ListReadsHeadersInOrderOfCreation) {
 
 TEST(DemoStore, TwoWritersNeverShareAnId) {
   const TemporaryFolder folder;
-  const Demo demo = sample_demo();
   std::array<std::vector<std::string>, 2> ids;
   std::vector<std::jthread> threads;
-  for (auto& mine : ids) {
-    threads.emplace_back([&] {
+  for (int writer = 0; writer < 2; ++writer) {
+    threads.emplace_back([&, writer] {
       const DemoStore store(folder.path());
-      for (int i = 0; i < 10; ++i) mine.push_back(store.save(demo));
+      for (int i = 0; i < 10; ++i) ids[writer].push_back(store.save(sample_demo(10 * writer + i)));
     });
   }
   threads.clear();
@@ -160,18 +162,83 @@ TEST(DemoStore, ComplaintsNameFileAndPlace) {
   EXPECT_EQ(problem_of(bad), "x.demo: checksum does not match: cut short or damaged");
 }
 
+Demo blank_demo() {
+  Demo demo = sample_demo();
+  auto& pixels = demo.keyframes[0].observation.views[2].rgb.data;
+  std::fill(pixels.begin(), pixels.end(), std::uint8_t{40});
+  return demo;
+}
+
+TEST(DemoStore, WhatCheckWouldCallBadIsNotTakenIn) {
+  const TemporaryFolder folder, source;
+  const DemoStore store(folder.path());
+  const std::string id = store.save(sample_demo());
+  Demo standing = sample_demo(1), silent = sample_demo(2), wordless = sample_demo(3), marked = sample_demo(4);
+  standing.frames.resize(1);
+  standing.keyframes.clear();
+  silent.info.instruction.clear();
+  silent.instructions.clear();
+  wordless.instructions = {wordless.info.instruction = " … !"};
+  while (marked.keyframes.size() <= 1000) marked.keyframes.push_back(marked.keyframes.back());
+  const std::vector<std::pair<Demo, std::string>> bad{{standing, "fewer than two frames"},
+                                                      {blank_demo(), "the picture has one colour"},
+                                                      {silent, "no instruction"},
+                                                      {wordless, "the instruction holds no word"},
+                                                      {marked, "has more than 1000 entries"},
+                                                      {sample_demo(), "holds the same states as " + id}};
+  for (const auto& [demo, problem] : bad) {
+    const auto refused = [&, &wanted = problem](const std::function<void()>& take) {
+      try {
+        take();
+        ADD_FAILURE() << "taken in: " << wanted;
+      } catch (const RefusedDemo& error) {
+        EXPECT_NE(std::string(error.what()).find(wanted), std::string::npos) << error.what();
+        EXPECT_EQ(error.twin, wanted.starts_with("holds") ? id : "");
+      } catch (const BadDemo& error) {  // adopt(): what cannot even be read
+        EXPECT_NE(std::string(error.what()).find(wanted), std::string::npos) << error.what();
+      }
+    };
+    refused([&, &one = demo] { store.save(one); });
+    refused([&, &one = demo] { store.adopt(encode_demo(one), "other"); });
+    if (!problem.starts_with("holds")) refused([&, &one = demo] { store.replace(id, one); });
+  }
+  store.replace(id, store.load(id));  // in its own place it is no twin
+  EXPECT_TRUE(store.check().empty());
+  EXPECT_EQ(store.list().size(), 1u);
+}
+
+TEST(DemoStore, OfWritersOfOneMotionOneSaves) {
+  const TemporaryFolder folder;
+  const DemoStore store(folder.path());
+  std::atomic<int> saved{0}, refused{0};
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      try {
+        store.save(sample_demo());
+        ++saved;
+      } catch (const RefusedDemo&) {
+        ++refused;
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(saved, 1);
+  EXPECT_EQ(refused, 3);
+}
+
 TEST(DemoStore, CheckNamesTheDamagedAndTheIncoherent) {
   const TemporaryFolder folder;
   const DemoStore store(folder.path());
   store.save(sample_demo());
-  Demo constant = sample_demo();
-  auto& pixels = constant.keyframes[0].observation.views[2].rgb.data;
-  std::fill(pixels.begin(), pixels.end(), std::uint8_t{40});
-  const std::string blank = store.save(constant);
+  // Past the store, which would not take them.
+  const std::string blank = "blank", disordered = "disordered";
+  write(store.path(blank), encode_demo(blank_demo()));
   Demo disorder = sample_demo();
   std::swap(disorder.keyframes[0], disorder.keyframes[1]);
-  const std::string disordered = store.save(disorder);
-  const std::string damaged = store.save(sample_demo());
+  write(store.path(disordered), encode_demo(disorder));
+  const std::string damaged = "whole-before";
+  write(store.path(damaged), encode_demo(sample_demo(1)));
   Bytes bytes = read_demo_bytes(store.path(damaged));
   bytes[bytes.size() - 100] ^= 1;
   write(store.path(damaged), bytes);
@@ -189,6 +256,18 @@ TEST(DemoStore, CheckNamesTheDamagedAndTheIncoherent) {
   EXPECT_EQ(problems[2].id, damaged);
   EXPECT_NE(problems[2].problem.find("checksum"), std::string::npos) << problems[2].problem;
   EXPECT_THROW(store.load(damaged), BadDemo);
+}
+
+TEST(DemoStore, WhatHasNoReadableHeaderIsToldBesideTheList) {
+  const TemporaryFolder folder;
+  const DemoStore store(folder.path());
+  store.save(sample_demo());
+  write(store.path("torn"), {'F', 'L', 'O', 'W', 'D', 'E', 'M', 'O'});
+  std::vector<DemoProblem> unreadable;
+  EXPECT_EQ(store.list(&unreadable).size(), 1u);
+  ASSERT_EQ(unreadable.size(), 1u);
+  EXPECT_EQ(unreadable[0].id, "torn");
+  EXPECT_NE(unreadable[0].problem.find("torn.demo: too short"), std::string::npos) << unreadable[0].problem;
 }
 
 TEST(DemoStore, WhatTheFormatCannotHoldIsRefusedAndLeavesNothing) {

@@ -1,6 +1,10 @@
 #include "recorder/record.h"
 
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include "recorder/lost_things.h"
+#include "recorder/script_check.h"
 
 namespace flowscope {
 namespace {
@@ -143,6 +147,51 @@ TEST(Record, UnknownFrameIsNamed) {
   EXPECT_FALSE(report.success);
   EXPECT_EQ(report.line, 2);
   EXPECT_NE(report.reason.find("teapot"), std::string::npos) << report.reason;
+}
+
+TEST(Record, WhatIsWrongWithAScriptIsKnownBeforeAnythingMoves) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  const std::string late =
+      "steps:\n  - gripper: close\n  - move: {position: [0, 0, 0],\n      frame: teapot, rpy_deg: [180, 0, "
+      "0]}\n";
+  EXPECT_FALSE(run_text(world, late).success);
+  EXPECT_EQ(world.frame().time_s, 0) << "the gripper closed before the frame was looked for";
+  const auto complaint = [&](const std::string& text) {
+    try {
+      check_script(parse_script(text, "user.yaml"), world.task());
+    } catch (const BadScript& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint(late).find("user.yaml:4:14: the scene has no frame 'teapot' (known: world, tool, "), 0u)
+      << complaint(late);
+  EXPECT_EQ(complaint("steps:\n- gripper: open\ntask: open_drawer\n"),
+            "user.yaml:3:7: the script is for task 'open_drawer', the scene is 'push_buttons'");
+  for (const char* frame : {"world", "tool", "attach"})
+    EXPECT_EQ(complaint(std::string("steps:\n- move: {position: [0, 0, 1], rpy_deg: [0, 0, 0], frame: ") +
+                        frame + "}\n"),
+              "");
+}
+
+TEST(Record, WhatHasLeftTheWorkspaceIsNamed) {
+  World world(task("insert_onto_square_peg"));
+  world.reset(0, 1);
+  const SceneState start = world.state();
+  EXPECT_TRUE(lost_things(world, start).empty());
+  SceneState fallen = start;
+  int joint = 0;
+  while (world.model()->jnt_type[joint] != mjJNT_FREE) ++joint;
+  fallen.qpos[world.model()->jnt_qposadr[joint] + 2] = 0.01;
+  world.restore(fallen);
+  const auto lost = lost_things(world, start);
+  ASSERT_EQ(lost.size(), 1u);
+  EXPECT_NE(lost[0].find(" has left the workspace: 0.7"), std::string::npos) << lost[0];
+  fallen.qpos[world.model()->jnt_qposadr[joint] + 2] = start.qpos[world.model()->jnt_qposadr[joint] + 2];
+  fallen.qpos[world.model()->jnt_qposadr[joint]] = 1.4;
+  world.restore(fallen);
+  EXPECT_EQ(lost_things(world, start).size(), 1u) << "far away at the same height";
 }
 
 TEST(Record, CollisionSaysWithWhat) {

@@ -87,6 +87,11 @@ TEST_F(Scene, AnMjcfOpensForViewing) {
   const auto task = open_scene({file("my desk.xml", kDesk), "", "look"}, kAssets);
   EXPECT_EQ(task->name(), "my_desk");
   EXPECT_EQ(task->instructions(0), std::vector<std::string>{"look"});
+  EXPECT_EQ(open_scene({file("My_other desk-2.xml", kDesk), "", ""}, kAssets)->instructions(0),
+            std::vector<std::string>{"my other desk 2"})
+      << "a policy must read something";
+  EXPECT_EQ(open_scene({file("__.xml", kDesk), "", ""}, kAssets)->instructions(0),
+            std::vector<std::string>{"scene"});
   EXPECT_EQ(observation_cameras(task->model()), std::vector<std::string>{"eye"});
   EXPECT_EQ(task->model()->nlight, 1);
   World world(task);

@@ -62,8 +62,8 @@ inline Frame sample_frame(int index) {
   return frame;
 }
 
-/// 20 frames, keyframes at 10 and 19.
-inline Demo sample_demo() {
+/// 20 frames, keyframes at 10 and 19. Another `motion` has other states: a store takes each motion once.
+inline Demo sample_demo(double motion = 0) {
   Demo demo;
   demo.info.task = "push_buttons";
   demo.info.variation = 3;
@@ -72,7 +72,10 @@ inline Demo sample_demo() {
   demo.instructions = {"push the red button", "press the red button"};
   demo.bounds = {{-0.3, -0.5, 0.6}, {0.7, 0.5, 1.6}};
   demo.simulator = "physics 1.0";
-  for (int i = 0; i < 20; ++i) demo.frames.push_back(sample_frame(i));
+  for (int i = 0; i < 20; ++i) {
+    demo.frames.push_back(sample_frame(i));
+    demo.frames.back().state.ctrl[0] += motion;
+  }
   demo.start = sample_observation(0);
   for (const int frame : {10, 19}) {
     const Frame& reached = demo.frames[frame];

@@ -140,6 +140,11 @@ class ToyRecorder {
     f.gripper_open = action.openness > 0.95;
     for (std::size_t j = 0; j < f.q.size(); ++j)
       f.q[j] = action.world_from_tool.position[static_cast<int>(j) % 3] * (j < 3 ? 2 : 1);
+    if (!demo_.frames.empty()) {  // speeds that tell the same story as the positions
+      const Frame& before = demo_.frames.back();
+      for (std::size_t j = 0; j < f.q.size(); ++j)
+        f.dq[j] = 2 * (f.q[j] - before.q[j]) / (f.time_s - before.time_s) - before.dq[j];
+    }
     demo_.frames.push_back(f);
   }
   Demo demo_;

@@ -161,6 +161,20 @@ TEST(StateJson, HasTheKeysOfTheContract) {
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
+TEST(TrainJson, HasNoErrorWhereNothingWasHeldOut) {
+  TrainReport report;
+  report.left_out = {{"cut", "cut.demo: is cut short"}};
+  const Json nothing = to_json(report);
+  EXPECT_TRUE(nothing["validation"]["position_mm"].is_null());
+  EXPECT_TRUE(nothing["validation"]["rotation_deg"].is_null());
+  EXPECT_EQ(nothing["left_out"], Json::parse(R"([{"id":"cut","problem":"cut.demo: is cut short"}])"));
+  report.status.validation = {12, 3, 5, {{"push_buttons", 12, 3, 5}, {"open_drawer", 0, 0, 0}}};
+  const Json measured = to_json(report)["validation"];
+  EXPECT_EQ(measured["position_mm"], 12);
+  EXPECT_EQ(measured["tasks"][0]["rotation_deg"], 3);
+  EXPECT_TRUE(measured["tasks"][1]["position_mm"].is_null());
+}
+
 TEST(JobJson, ShowsResultAndErrorOnlyWhenThereAreSome) {
   JobStatus job;
   job.state = "running";

@@ -13,8 +13,9 @@ export interface Orbit { azimuth_deg: number; elevation_deg: number; distance_m:
 export interface ViewSettings {
   id: string; camera: string | null; orbit: Orbit; width: number; height: number; overlays: boolean; detectors: boolean;
 }
-export interface TaskError { task: string; position_mm: number; rotation_deg: number; keyframes: number }
-export interface Validation { position_mm: number; rotation_deg: number; keyframes: number; tasks: TaskError[] }
+export interface TaskError { task: string; position_mm: number | null; rotation_deg: number | null; keyframes: number }
+/// null: nothing is held out
+export interface Validation { position_mm: number | null; rotation_deg: number | null; keyframes: number; tasks: TaskError[] }
 export interface TrainStatus {
   step: number; loss: number; loss_flow: number; loss_position: number; loss_rotation: number; loss_open: number; skipped: number;
   samples_per_s: number; minutes: number; demos: number; validation: Validation;
@@ -24,6 +25,7 @@ export interface TrainReport extends TrainStatus {
   loss_history: [step: number, loss: number][];
   validation_history: [step: number, position_mm: number, rotation_deg: number][];
   error?: string | null;
+  left_out?: { id: string; problem: string }[];
 }
 export interface Snapshot {
   task: string; variation: number; seed: number; instruction: string;

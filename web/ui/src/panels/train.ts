@@ -52,9 +52,10 @@ function figures(): HTMLElement {
     set_text(time.value, minutes(train.minutes));
     set_text(demos.value, count(train.demos));
     set_text(loss_now.value, train.step > 0 ? loss(train.loss) : "–");
-    const held_out = train.validation.keyframes > 0;
-    set_text(position.value, held_out ? `${train.validation.position_mm.toFixed(1)} mm` : "–");
-    set_text(rotation.value, held_out ? degrees(train.validation.rotation_deg) : "–");
+    const { position_mm, rotation_deg, keyframes } = train.validation;
+    const nothing = train.step > 0 && keyframes === 0 ? "nothing held out" : "–";
+    set_text(position.value, position_mm !== null && keyframes > 0 ? `${position_mm.toFixed(1)} mm` : nothing);
+    set_text(rotation.value, rotation_deg !== null && keyframes > 0 ? degrees(rotation_deg) : nothing);
   });
   return h("div", { class: "figures" }, ...[step, loss_now, speed, time, demos, position, rotation].map((f) => f.element));
 }
@@ -89,6 +90,7 @@ export function train_panel(): HTMLElement {
       ...(tasks.chosen().length > 0 ? { tasks: tasks.chosen() } : {}) }), resume) }, "Go on");
   const stop = h("button", { type: "button", "data-testid": "train-stop", onclick: () => void act(() => api.train_stop(), stop) }, "Stop");
   const failure = h("p", { class: "failure-text", role: "alert", "data-testid": "train-error" });
+  const left_out = h("details", { class: "quiet", "data-testid": "train-left-out" });
   const empty = h("div", { class: "empty", "data-testid": "train-empty" },
     h("p", {}, "Nothing to learn from yet."),
     h("p", { class: "quiet" }, "Record a few demonstrations first; training can go on while you record more."),
@@ -108,5 +110,10 @@ export function train_panel(): HTMLElement {
     show_if(failure, Boolean(message));
     set_text(failure, message ? `Training stopped: ${message}` : "");
   });
-  return h("div", { class: "panel train-panel" }, empty, form, method.element, tasks.element, failure, figures(), loss_parts(), ...curves(), task_errors());
+  store.watch((s) => [s.train?.left_out] as const, (bad = []) => {
+    show_if(left_out, bad.length > 0);
+    fill(left_out, h("summary", {}, `${count(bad.length)} damaged demonstration${bad.length === 1 ? " is" : "s are"} left out`),
+      ...bad.map(({ problem }) => h("p", {}, problem)));
+  });
+  return h("div", { class: "panel train-panel" }, empty, form, method.element, tasks.element, failure, left_out, figures(), loss_parts(), ...curves(), task_errors());
 }

@@ -20,8 +20,8 @@ export function task_errors(): HTMLElement {
     h("thead", {}, h("tr", {}, ...["held-out keyframes of", "position", "rotation", ""].map((text) => h("th", {}, text)))), body);
   store.watch((s) => [s.train?.validation.tasks] as const, (tasks = []) => {
     show_if(table, tasks.length > 1); // one task alone is what the figures say already
-    fill(body, ...tasks.map((t) => h("tr", {}, h("td", {}, t.task.replaceAll("_", " ")), h("td", {}, `${t.position_mm.toFixed(1)} mm`),
-      h("td", {}, degrees(t.rotation_deg)), h("td", { class: "quiet" }, `${t.keyframes} keyframes`))));
+    fill(body, ...tasks.map((t) => h("tr", {}, h("td", {}, t.task.replaceAll("_", " ")), h("td", {}, t.position_mm === null ? "–" : `${t.position_mm.toFixed(1)} mm`),
+      h("td", {}, t.rotation_deg === null ? "–" : degrees(t.rotation_deg)), h("td", { class: "quiet" }, `${t.keyframes} keyframes`))));
   });
   return table;
 }
