@@ -64,16 +64,20 @@ TeleopStatus Studio::teleop() {
   return status;
 }
 
-void Studio::take_over() {
+void Studio::require_rest() {
   require_robot();
+  std::lock_guard lock(mutex_);
+  if (motion_job_.empty()) return;
+  const auto job = jobs_.get(motion_job_);
+  if (job.state == "running" || job.state == "queued")
+    throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)", "job " + job.id);
+}
+
+void Studio::take_over() {
+  require_rest();
   bool shown = false;
   {
     std::lock_guard lock(mutex_);
-    if (!motion_job_.empty()) {
-      const auto job = jobs_.get(motion_job_);
-      if (job.state == "running" || job.state == "queued")
-        throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)");
-    }
     shown = shown_.has_value();
   }
   if (shown) clear_shown();
@@ -100,7 +104,7 @@ TeleopStatus Studio::undo_jog() {
 }
 
 std::vector<Step> Studio::mark_keyframe() {
-  require_robot();
+  require_rest();  // the simulator would answer only when the script has ended
   return sim_.mark().get();
 }
 

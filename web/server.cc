@@ -29,8 +29,7 @@ struct Server::Impl {
       net::post(io, [this] { io.stop(); });
     });
     thread.join();
-    context->quick.stop();
-    context->slow.stop();
+    for (WorkerPool* pool : {&context->quick, &context->work, &context->scene, &context->slow}) pool->stop();
     context->notices.stop();
   }
 
@@ -81,8 +80,8 @@ std::string Server::url() const {
   const bool everywhere = options.host == "0.0.0.0" || options.host == "::";
   std::string host = everywhere ? "127.0.0.1" : options.host;
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  const std::string token = options.token.empty() ? "" : "?token=" + options.token;
-  return "http://" + host + ":" + std::to_string(port()) + "/" + token;
+  const std::string token = options.token.empty() ? "" : "?token=" + percent_encode(options.token);
+  return "http://" + host + ":" + std::to_string(port()) + options.base_path + "/" + token;
 }
 
 void Server::publish(const std::string& view, FramePtr frame) { impl_->publish(view, std::move(frame)); }
