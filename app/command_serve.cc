@@ -19,6 +19,7 @@
 #include "app/data_lock.h"
 #include "app/memory.h"
 #include "app/scene_options.h"
+#include "app/serve_options.h"
 #include "app/studio.h"
 #include "web/server.h"
 
@@ -29,6 +30,7 @@ constexpr std::chrono::milliseconds most_patience{3000};
 
 struct ServeCall {
   web::ServerOptions server;
+  ServeLimits limits;
   StudioOptions studio;
   std::string token;
   bool no_token = false;
@@ -75,6 +77,7 @@ int serve(const ServeCall& call, const Context& context) {
   } else {
     options.token = call.token.empty() ? random_token() : call.token;
   }
+  complete_options(options, call.limits);
   StudioOptions studio_options = call.studio;
   studio_options.assets = find_assets();
   studio_options.data = context.data;
@@ -101,6 +104,8 @@ int serve(const ServeCall& call, const Context& context) {
   }
   auto server = std::make_unique<web::Server>(options, *studio);
   studio->attach(server.get());
+  for (const std::string& warning : server_warnings(options))
+    std::fprintf(stderr, "flowscope: WARNING: %s\n", warning.c_str());
   std::printf("flowscope: %s\n", server->url().c_str());
   std::fflush(stdout);
 
@@ -121,9 +126,7 @@ int serve(const ServeCall& call, const Context& context) {
 void add_serve_command(CLI::App& root, Context& context) {
   CLI::App* command = root.add_subcommand("serve", "Start the server; open the printed address in a browser");
   auto call = std::make_shared<ServeCall>();
-  command->add_option("--host", call->server.host, "Address to listen on")->capture_default_str();
-  command->add_option("--port", call->server.port, "Port to listen on; 0 takes a free one")
-      ->capture_default_str();
+  add_server_options(*command, call->server, call->limits);
   add_data_option(*command, context);
   CLI::Option* task = command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
   add_scene_options(*command, call->scene)->excludes(task);

@@ -113,6 +113,7 @@ class Studio : public web::Backend {
   std::string save_demo(const Demo& demo);
   /// Refuses a movement by hand while a script or a prediction moves the arm; leaves a shown trace.
   void take_over();
+  void require_rest();         ///< throws ApiError 409 while a script or a prediction moves the arm
   void require_robot() const;  ///< throws ApiError 409 in a scene without one
   void draw_waypoints();
   /// Throws ApiError for text that is no script, and for one of another task.

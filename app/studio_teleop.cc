@@ -64,13 +64,19 @@ TeleopStatus Studio::teleop() {
   return status;
 }
 
-void Studio::take_over() {
+void Studio::require_rest() {
   require_robot();
+  std::lock_guard lock(mutex_);
+  if (jobs_.goes_on(motion_job_))
+    throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)",
+                   "job " + motion_job_);
+}
+
+void Studio::take_over() {
+  require_rest();
   bool shown = false;
   {
     std::lock_guard lock(mutex_);
-    if (jobs_.goes_on(motion_job_))
-      throw ApiError(409, "motion_running", "the arm follows a script; stop it first (q)");
     shown = shown_.has_value();
   }
   if (shown) clear_shown();
@@ -97,7 +103,7 @@ TeleopStatus Studio::undo_jog() {
 }
 
 std::vector<Step> Studio::mark_keyframe() {
-  require_robot();
+  require_rest();  // the simulator would answer only when the script has ended
   return sim_.mark().get();
 }
 

@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include "recorder/script_bounds.h"
+
 namespace flowscope {
 namespace {
 
@@ -216,6 +218,12 @@ class Reader {
 Script parse_script(const std::string& text, const std::string& file_name) {
   const Reporter reporter(file_name);
   if (text.size() > kMaxBytes) reporter.fail(YAML::Mark(), "larger than 256 KiB");
+  if (const auto broken = broken_bound(text, kMaxSteps)) {
+    YAML::Mark mark;
+    mark.line = broken->line;
+    mark.column = broken->column;
+    reporter.fail(mark, broken->message);
+  }
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);

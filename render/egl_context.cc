@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "render/descriptors.h"
+
 namespace flowscope {
 
 namespace {
@@ -106,6 +108,8 @@ std::string open(const Candidate& candidate, OpenContext& out) {
   return {};
 }
 
+constexpr int descriptors_of_a_driver = 32;
+
 OpenContext open_first() {
   std::string tried;
   for (const Candidate& candidate : candidates()) {
@@ -113,6 +117,12 @@ OpenContext open_first() {
     const std::string problem = open(candidate, opened);
     if (problem.empty()) return opened;
     tried += "\n  " + candidate.platform + ": " + problem;
+  }
+  // A driver opens dozens of files, and what it says when it cannot sounds like a missing device.
+  if (spare_descriptors(descriptors_of_a_driver) < descriptors_of_a_driver) {
+    throw std::runtime_error(
+        "too few file descriptors to open a graphics device: " + std::to_string(descriptor_limit()) +
+        " are allowed (ulimit -n 1024 allows more)");
   }
   throw std::runtime_error(
       "no EGL device can draw (install libegl1 and libgl1-mesa-dri, or a GPU driver); tried:" + tried);

@@ -10,10 +10,12 @@ namespace flowscope::web {
 Context::Context(const ServerOptions& server_options, Backend& program)
     : options(server_options),
       backend(program),
-      gate(options.host, options.token),
+      gate(options.host, options.token, options.names, options.base_path),
       page(options.page),
-      router(make_routes(program, {[this] { return metrics_text(backend, counters); },
-                                   [this] { return wire::dump(openapi(router.routes())); }})),
+      places(options.max_connections, options.max_connections / 4),
+      router(make_routes(program,
+                         {[this] { return metrics_text(backend, counters); },
+                          [this] { return wire::dump(openapi(router.routes(), gate.cookie_name())); }})),
       frames([this](const std::string& view, int viewers) {
         notices.post([this, view, viewers] {
           try {
@@ -23,6 +25,12 @@ Context::Context(const ServerOptions& server_options, Backend& program)
           }
         });
       }) {}
+
+WorkerPool& Context::pool(Lane lane) {
+  if (lane == Lane::slow) return slow;
+  if (lane == Lane::scene) return scene;
+  return lane == Lane::work ? work : quick;
+}
 
 namespace {
 

@@ -7,6 +7,7 @@
 
 #include "web/event_hub.h"
 #include "web/frame_hub.h"
+#include "web/places.h"
 #include "web/router.h"
 #include "web/security.h"
 #include "web/server.h"
@@ -21,7 +22,8 @@ struct Counters {
       frames_skipped{0};
 };
 
-/// Hubs and the page belong to the I/O thread; the router is constant; pools and counters are thread-safe.
+/// Hubs, places and the page belong to the I/O thread; the router is constant; pools and counters are
+/// thread-safe.
 struct Context {
   Context(const ServerOptions& server_options, Backend& program);
 
@@ -31,11 +33,14 @@ struct Context {
   std::atomic<bool> leaving{false};  ///< calls that have not begun are told so
   Gate gate;
   StaticFiles page;
-  WorkerPool quick{2}, slow{4};
+  Places places;
+  WorkerPool quick{2}, work{2}, scene{2}, slow{4};
   WorkerPool notices{1, 4096};  ///< one thread: viewer counts arrive in order
   Router router;
   FrameHub frames;
   EventHub events;
+
+  WorkerPool& pool(Lane lane);
 };
 
 /// Prometheus text.

@@ -28,8 +28,12 @@ std::vector<MessagePtr> present(Backend& backend) {
 
 }  // namespace
 
-EventSocket::EventSocket(boost::beast::tcp_stream stream, std::shared_ptr<Context> context)
-    : socket_(std::move(stream)), grace_(socket_.get_executor()), context_(std::move(context)) {
+EventSocket::EventSocket(net::ip::tcp::socket socket, std::shared_ptr<Context> context, PlaceHold place)
+    : socket_(IncomingMeter{}, std::move(socket)),
+      grace_(socket_.get_executor()),
+      second_(socket_.get_executor()),
+      context_(std::move(context)),
+      place_(std::move(place)) {
   ++context_->counters.connections;
   ++context_->counters.sockets;
 }
@@ -48,6 +52,9 @@ void EventSocket::start(const Upgrade& request) {
   socket_.set_option(timeout);
   socket_.read_message_max(largest_incoming);
   socket_.auto_fragment(false);  // one message, one frame: many small ones meet delayed acknowledgements
+  socket_.control_callback([this](websocket::frame_type, boost::beast::string_view payload) {
+    meter().saw_control(payload.size());
+  });
   socket_.async_accept(request, [self = shared_from_this()](error_code failure) {
     if (!failure) self->join();
   });
@@ -55,6 +62,7 @@ void EventSocket::start(const Upgrade& request) {
 
 void EventSocket::join() {
   read();
+  watch();
   if (context_->events.has_state()) return context_->events.join(shared_from_this());
   const bool posted = context_->quick.post([self = shared_from_this()] {
     auto messages = present(self->context_->backend);
@@ -71,7 +79,18 @@ void EventSocket::read() {
   socket_.async_read(incoming_, [self = shared_from_this()](error_code failure, std::size_t) {
     if (failure) return self->drop();
     self->incoming_.clear();
+    self->meter().saw_message();
     self->read();
+  });
+}
+
+void EventSocket::watch() {
+  second_.expires_after(std::chrono::seconds(1));
+  second_.async_wait([self = shared_from_this()](error_code failure) {
+    if (failure || self->closing_) return;
+    // No handshake: such a client would not read its part of it either.
+    if (self->meter().tick()) return self->drop();
+    self->watch();
   });
 }
 
@@ -126,6 +145,7 @@ void EventSocket::drop() {
   closing_ = true;
   context_->events.leave(shared_from_this());
   grace_.cancel();
+  second_.cancel();
   boost::beast::get_lowest_layer(socket_).close();
 }
 

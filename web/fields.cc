@@ -115,7 +115,9 @@ void Fields::finish() const {
     if (known_.contains(item.key())) continue;
     std::string names;
     for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
-    throw ApiError(400, "unknown_key", "unknown key " + item.key().substr(0, 64) + "; known are " + names,
+    throw ApiError(400, "unknown_key",
+                   "unknown key " + item.key().substr(0, 64) +
+                       (names.empty() ? "; this takes none" : "; known are " + names),
                    place(item.key().substr(0, 64)));
   }
 }

@@ -14,22 +14,6 @@ int hex_value(char c) {
   return -1;
 }
 
-std::string percent_encode(std::string_view text) {
-  static constexpr char digits[] = "0123456789ABCDEF";
-  std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) || c == '-' || c == '_' || c == '.' || c == '~') {
-      out += c;
-    } else {
-      out += '%';
-      out += digits[byte >> 4];
-      out += digits[byte & 15];
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 std::optional<std::string> percent_decode(std::string_view text, bool plus_is_space) {
@@ -48,6 +32,22 @@ std::optional<std::string> percent_decode(std::string_view text, bool plus_is_sp
     }
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return std::nullopt;
     out += c;
+  }
+  return out;
+}
+
+std::string percent_encode(std::string_view text) {
+  static constexpr char digits[] = "0123456789ABCDEF";
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) || c == '-' || c == '_' || c == '.' || c == '~') {
+      out += c;
+    } else {
+      out += '%';
+      out += digits[byte >> 4];
+      out += digits[byte & 15];
+    }
   }
   return out;
 }
@@ -110,8 +110,9 @@ Response no_content() {
   return response;
 }
 
-Response error_response(const ApiError& error) {
-  return json_response(wire::error_json(error.code, error.what(), error.where), error.status);
+Response error_response(const ApiError& error, const std::string& call) {
+  const std::string& where = error.where.empty() ? call : error.where;
+  return json_response(wire::error_json(error.code, error.what(), where), error.status);
 }
 
 Response picture_response(const std::vector<std::uint8_t>& bytes, const std::string& content_type) {

@@ -17,6 +17,7 @@ namespace flowscope::web {
 
 /// Decodes %XX. Empty when an escape is broken or hides a control character.
 std::optional<std::string> percent_decode(std::string_view text, bool plus_is_space = false);
+std::string percent_encode(std::string_view text);
 
 /// The part after '?', decoded, in order.
 class Query {
@@ -63,7 +64,8 @@ wire::Json body_json(const Request& request);
 
 Response json_response(const wire::Json& json, int status = 200);
 Response no_content();
-Response error_response(const ApiError& error);
+/// `call` stands for the place where the error names none.
+Response error_response(const ApiError& error, const std::string& call = {});
 Response picture_response(const std::vector<std::uint8_t>& bytes, const std::string& content_type);
 
 /// `bytes=first-last` of a file; the whole file without a range. 416 when the range lies outside.

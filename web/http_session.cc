@@ -1,13 +1,14 @@
 #include "web/http_session.h"
 
 #include <boost/asio/post.hpp>
-#include <boost/beast/http/read.hpp>
+#include <boost/beast/core/string.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
-#include <chrono>
 
+#include "web/address.h"
 #include "web/event_socket.h"
 #include "web/file_sender.h"
+#include "web/framing.h"
 #include "web/mjpeg_stream.h"
 
 namespace flowscope::web {
@@ -18,10 +19,9 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::chrono::seconds read_deadline{10}, idle_deadline{60}, write_deadline{10}, linger{2};
+constexpr std::chrono::seconds first_words{5}, stranger_idle{15}, known_idle{60}, write_deadline{10},
+    linger{2};
 constexpr std::size_t most_discarded = 1 << 20;
-constexpr std::uint32_t header_limit = 8 * 1024;
-constexpr std::uint64_t body_limit = 256 * 1024;
 
 constexpr const char* page_policy =
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; object-src 'none'; "
@@ -29,26 +29,15 @@ constexpr const char* page_policy =
 
 std::string_view view_of(boost::beast::string_view text) { return {text.data(), text.size()}; }
 
-std::string_view header(const http::request<http::string_body>& request, http::field name) {
+std::string_view header(const RequestReader::Message& request, http::field name) {
   return view_of(request[name]);
 }
-std::string_view header(const http::request<http::string_body>& request, const char* name) {
+std::string_view header(const RequestReader::Message& request, const char* name) {
   return view_of(request[name]);
 }
 
-/// Headers that a request must not carry twice: two proxies could read two different requests out of it.
-void check_framing(const http::request<http::string_body>& request) {
-  for (const auto name : {http::field::host, http::field::content_length, http::field::transfer_encoding,
-                          http::field::authorization, http::field::origin, http::field::content_type})
-    if (request.count(name) > 1)
-      throw ApiError(400, "bad_request", "a header appears twice", std::string(view_of(to_string(name))));
-  if (request.count(http::field::content_length) && request.count(http::field::transfer_encoding))
-    throw ApiError(400, "bad_request", "both Content-Length and Transfer-Encoding", "Transfer-Encoding");
-  if (!request.count(http::field::host)) throw ApiError(400, "bad_request", "Host is missing", "Host");
-}
-
-Credentials credentials(const http::request<http::string_body>& request,
-                        const std::optional<std::string>& token) {
+Credentials credentials(const RequestReader::Message& request, const std::optional<std::string>& token,
+                        bool has_body) {
   Credentials c;
   c.method = view_of(request.method_string());
   c.host = header(request, http::field::host);
@@ -61,28 +50,41 @@ Credentials credentials(const http::request<http::string_body>& request,
   c.content_type = header(request, http::field::content_type);
   c.has_query_token = token.has_value();
   if (token) c.query_token = *token;
-  c.has_body = !request.body().empty();
+  c.has_body = has_body;
   return c;
+}
+
+/// A redirect that holds wherever a proxy shows the page: relative to the address as the browser knows it.
+Response redirect(const std::string& target) {
+  Response response;
+  response.status = 303;
+  response.content_type = "text/html; charset=utf-8";
+  response.headers.emplace_back("Location", target);
+  response.headers.emplace_back("Cache-Control", "no-store");
+  return response;
 }
 
 /// The token leaves the address bar. Browsers hold a strict cookie back while they follow a redirect that a
 /// foreign page began, so that visitor gets a page of our own that goes on.
 Response welcome(const Gate& gate, const Query& query, bool from_elsewhere) {
-  const std::string target = "/" + query.without("token");
-  Response response;
-  response.headers.emplace_back("Set-Cookie", gate.cookie());
-  response.headers.emplace_back("Cache-Control", "no-store");
-  response.content_type = "text/html; charset=utf-8";
+  std::string target = "./";
+  target += query.without("token");
+  Response response = redirect(target);
   if (from_elsewhere) {
     std::string quoted;
     for (const char c : target) quoted += c == '&' ? std::string("&amp;") : std::string(1, c);
+    response = {};
+    response.content_type = "text/html; charset=utf-8";
+    response.headers.emplace_back("Cache-Control", "no-store");
     response.body = "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url=" + quoted +
                     "\"><title>flowscope</title>";
-  } else {
-    response.status = 303;
-    response.headers.emplace_back("Location", target);
   }
+  response.headers.emplace_back("Set-Cookie", gate.cookie());
   return response;
+}
+
+bool comes_from_elsewhere(const Credentials& who) {
+  return !who.fetch_site.empty() && who.fetch_site != "none" && who.fetch_site != "same-origin";
 }
 
 }  // namespace
@@ -94,22 +96,35 @@ HttpSession::HttpSession(net::ip::tcp::socket socket, std::shared_ptr<Context> c
 
 HttpSession::~HttpSession() { --context_->counters.connections; }
 
-void HttpSession::start() {
+void HttpSession::start(PlaceHold place) {
+  place_ = std::move(place);
   error_code ignored;
   stream_.socket().set_option(net::ip::tcp::no_delay(true), ignored);
-  stream_.expires_after(read_deadline);
-  read();
+  read(first_words);
 }
 
-void HttpSession::read() {
-  parser_.emplace();
-  parser_->header_limit(header_limit);
-  parser_->body_limit(body_limit);
-  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code failure, std::size_t) {
+void HttpSession::leave() { stream_.close(); }
+
+void HttpSession::turn_away() {
+  constexpr std::string_view body =
+      R"({"error":{"code":"too_many_connections","message":"all connections are taken","where":"connection"}})";
+  const std::string text =
+      "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nRetry-After: 1\r\nConnection: "
+      "close\r\n"
+      "Content-Length: " +
+      std::to_string(body.size()) + "\r\n\r\n" + std::string(body);
+  error_code ignored;
+  stream_.socket().non_blocking(true, ignored);
+  stream_.socket().write_some(net::buffer(text), ignored);
+}
+
+void HttpSession::read(std::chrono::seconds patience) {
+  act_ = nullptr;
+  place_->waits();
+  reader_.read_head(patience, [self = shared_from_this()](error_code failure) {
     if (failure) return self->refuse_unreadable(failure);
-    self->stream_.expires_never();
-    self->request_ = self->parser_->release();
-    self->handle();
+    self->place_->works();
+    self->guarded([&self] { self->admit(); });
   });
 }
 
@@ -117,149 +132,192 @@ void HttpSession::refuse_unreadable(error_code failure) {
   const bool is_http_error = failure.category() == http::make_error_code(http::error::bad_value).category();
   if (!is_http_error || failure == http::error::end_of_stream || failure == http::error::partial_message)
     return close();
-  request_ = {};
-  keep_alive_ = false;
-  unread_ = true;
-  ApiError error(400, "bad_request", "not HTTP that can be read: " + failure.message());
+  place_->works();
+  framed_ = false;
+  ApiError error(400, "bad_request", "not HTTP that can be read: " + failure.message(), "request");
   if (failure == http::error::body_limit)
     error = ApiError(413, "too_large", "the body is above 256 KiB", "body");
   if (failure == http::error::header_limit)
-    error = ApiError(431, "header_too_large", "the header is above 8 KiB");
-  answer(error_response(error));
+    error = ApiError(431, "header_too_large", "the header is above 8 KiB", "request");
+  refuse(error_response(error));
 }
 
-void HttpSession::handle() {
-  ++context_->counters.requests;
-  keep_alive_ = request_.keep_alive();
+void HttpSession::guarded(const std::function<void()>& step) {
   try {
-    dispatch();
+    step();
   } catch (const ApiError& error) {
-    answer(error_response(error));
+    refuse(error_response(error, call_));
   } catch (const std::exception& error) {
-    answer(error_response(ApiError(500, "internal", error.what())));
+    refuse(error_response(ApiError(500, "internal", error.what()), call_));
   }
 }
 
-void HttpSession::dispatch() {
-  check_framing(request_);
-  const std::string_view target = view_of(request_.target());
-  const std::size_t mark = std::min(target.find('?'), target.size());
-  const auto path = percent_decode(target.substr(0, mark));
-  if (!path || !path->starts_with('/'))
-    throw ApiError(400, "bad_request", "the address cannot be read", "path");
+void HttpSession::refuse(Response response) {
+  if (!framed_ || reader_.has_body()) {
+    keep_alive_ = false;
+    unread_ = true;
+  }
+  answer(std::move(response));
+}
+
+void HttpSession::admit() {
+  const RequestReader::Message& message = reader_.message();
+  ++context_->counters.requests;
+  framed_ = false;
+  call_ = "request";
+  check_framing(reader_.head());
+  framed_ = true;
+  keep_alive_ = message.keep_alive();
+  const std::string_view target = view_of(message.target());
+  call_ = std::string(view_of(message.method_string())) + " " +
+          std::string(target.substr(0, std::min<std::size_t>(target.find('?'), 200)));
+  const std::string_view expects = header(message, http::field::expect);
+  if (!expects.empty() && !boost::beast::iequals(message[http::field::expect], "100-continue"))
+    throw ApiError(417, "unknown_expectation", "only 100-continue can be expected", "Expect");
+
+  Address address = read_address(target, context_->options.base_path);
+  const auto token = address.query.get("token");
+  const Credentials who = credentials(message, token, reader_.has_body());
+  context_->gate.check_origin(who, address.page);
+  if (address.path.empty()) {
+    const std::string& base = context_->options.base_path;
+    return refuse(redirect(base.substr(base.rfind('/') + 1) + "/" +
+                           std::string(target.substr(std::min(target.find('?'), target.size())))));
+  }
+  Match match = context_->router.find(who.method, address.path);
+  if (!match.route || !match.route->open) {
+    context_->gate.check_token(who);
+    place_->make_known();
+    known_ = true;
+  }
+  if (address.path == "/" && !address.page)
+    throw ApiError(400, "bad_parameter", "action is stream or snapshot", "action");
   Request request;
-  request.method = view_of(request_.method_string());
-  request.path = *path;
-  request.query = Query(target.substr(std::min(mark + 1, target.size())));
-  request.range = header(request_, http::field::range);
+  request.method = who.method;
+  request.path = std::move(address.path);
+  request.query = std::move(address.query);
+  request.range = header(message, http::field::range);
+  choose(std::move(match), std::move(request), who);
+  receive();
+}
 
-  const auto token = request.query.get("token");
-  const Credentials who = credentials(request_, token);
-  const bool is_root = request.path == "/";
-  context_->gate.check_origin(who, is_root && !request.query.get("action"));
-  if (is_root && (request.query.get("action") == "stream" || request.query.get("action") == "snapshot"))
-    request.path = "/" + *request.query.get("action");
-
-  Match match = context_->router.find(request.method, request.path);
-  if (!match.route || !match.route->open) context_->gate.check_token(who);
+void HttpSession::choose(Match match, Request request, const Credentials& who) {
   if (!match.route) {
-    if (!match.allow.empty()) {
-      Response refused =
-          error_response(ApiError(405, "wrong_method", "this address knows " + match.allow, "method"));
-      refused.headers.emplace_back("Allow", match.allow);
-      return answer(std::move(refused));
-    }
     const bool reads = request.method == "GET" || request.method == "HEAD";
-    auto file = reads ? context_->page.get(request.path) : std::nullopt;
-    if (!file) throw ApiError(404, "not_found", "there is nothing at this address", "path");
-    return answer(std::move(*file));
+    Response missing = error_response(ApiError(404, "not_found", "there is nothing at this address", "path"));
+    if (!match.allow.empty()) {
+      missing = error_response(ApiError(405, "wrong_method", "this address knows " + match.allow, "method"));
+      missing.headers.emplace_back("Allow", match.allow);
+    }
+    act_ = [this, missing = std::move(missing), path = request.path, reads = reads && match.allow.empty()] {
+      auto file = reads ? context_->page.get(path) : std::nullopt;
+      answer(file ? std::move(*file) : missing);
+    };
+    return;
   }
   const Route& route = *match.route;
   if (!route.request.empty()) context_->gate.check_body_type(who);
   request.params = std::move(match.params);
-  switch (route.lane) {
-    case Lane::page:
-      if (token && context_->gate.asks_for_token())
-        return answer(
-            welcome(context_->gate, request.query,
-                    !who.fetch_site.empty() && who.fetch_site != "none" && who.fetch_site != "same-origin"));
-      return answer(context_->page.get("/").value());
-    case Lane::stream:
-      return open_stream(request.query.get("view").value_or("main"));
-    case Lane::events:
-      return open_events();
-    default:
-      request.body = std::move(request_.body());
-      return run(route, std::move(request));
+  if (route.lane == Lane::page) {
+    if (who.has_query_token && context_->gate.asks_for_token()) {
+      act_ = [this, page = welcome(context_->gate, request.query, comes_from_elsewhere(who))] {
+        answer(page);
+      };
+    } else {
+      act_ = [this] { answer(context_->page.get("/").value()); };
+    }
+  } else if (route.lane == Lane::stream) {
+    act_ = [this, view = request.query.get("view").value_or("main")] { open_stream(view); };
+  } else if (route.lane == Lane::events) {
+    if (who.has_body) throw ApiError(400, "bad_request", "a WebSocket begins without a body", "body");
+    act_ = [this] { open_events(); };
+  } else {
+    act_ = [this, &route, request = std::move(request)] { run(route, request); };
   }
+}
+
+void HttpSession::receive() {
+  if (!reader_.has_body()) return act_();
+  reader_.read_body([self = shared_from_this()](error_code failure) {
+    if (failure) return self->refuse_unreadable(failure);
+    self->guarded(self->act_);
+  });
 }
 
 void HttpSession::run(const Route& route, Request request) {
   const auto leaving = [] { return ApiError(503, "shutting_down", "flowscope is shutting down"); };
   if (context_->leaving) throw leaving();
-  WorkerPool& pool = route.lane == Lane::slow ? context_->slow : context_->quick;
-  const bool posted = pool.post([self = shared_from_this(), &route, leaving, request = std::move(request)] {
-    Response response;
-    try {
-      if (self->context_->leaving) throw leaving();
-      response = route.handle(request);
-    } catch (const ApiError& error) {
-      response = error_response(error);
-    } catch (const std::exception& error) {
-      response = error_response(ApiError(500, "internal", error.what(), route.method + " " + route.pattern));
-    } catch (...) {
-      response =
-          error_response(ApiError(500, "internal", "an unknown failure", route.method + " " + route.pattern));
-    }
-    net::post(self->stream_.get_executor(), [self, &route, response = std::move(response)]() mutable {
-      if (response.status == 500)
-        self->context_->events.publish(
-            to_message(LogEvent{"error", route.method + " " + route.pattern + " failed: " + response.body}));
-      self->answer(std::move(response));
-    });
-  });
+  request.body = std::move(reader_.body());
+  const bool posted =
+      context_->pool(route.lane)
+          .post([self = shared_from_this(), &route, leaving, call = call_, request = std::move(request)] {
+            Response response;
+            try {
+              if (self->context_->leaving) throw leaving();
+              response = route.handle(request);
+            } catch (const ApiError& error) {
+              response = error_response(error, call);
+            } catch (const std::exception& error) {
+              response = error_response(ApiError(500, "internal", error.what()), call);
+            } catch (...) {
+              response = error_response(ApiError(500, "internal", "an unknown failure"), call);
+            }
+            net::post(self->stream_.get_executor(), [self, &route, response = std::move(response)]() mutable {
+              if (response.status == 500)
+                self->context_->events.publish(to_message(
+                    LogEvent{"error", route.method + " " + route.pattern + " failed: " + response.body}));
+              self->answer(std::move(response));
+            });
+          });
   if (!posted) throw ApiError(503, "busy", "too many calls wait already; try again");
 }
 
 void HttpSession::open_stream(const std::string& view) {
   if (context_->counters.streams >= context_->options.max_streams)
-    throw ApiError(503, "too_many_streams", "all streams are taken; close one");
+    throw ApiError(503, "too_many_streams",
+                   "all " + std::to_string(context_->options.max_streams) +
+                       " streams are taken; close one, or serve with more --max-streams");
   const bool posted = context_->quick.post([self = shared_from_this(), view] {
     std::optional<Response> refused;
     try {
       self->context_->backend.view(view);  // throws for a view that is not there
     } catch (const ApiError& error) {
-      refused = error_response(error);
+      refused = error_response(error, "view");
     } catch (const std::exception& error) {
-      refused = error_response(ApiError(500, "internal", error.what()));
+      refused = error_response(ApiError(500, "internal", error.what()), "view");
     }
     net::post(self->stream_.get_executor(), [self, view, refused = std::move(refused)]() mutable {
       if (refused) return self->answer(std::move(*refused));
-      if (self->request_.method() == http::verb::head) {
+      if (self->reader_.message().method() == http::verb::head) {
         Response head;
         head.content_type = "multipart/x-mixed-replace; boundary=frame";
         return self->answer(std::move(head));
       }
-      std::make_shared<MjpegStream>(self->stream_.release_socket(), self->context_, view)->start();
+      std::make_shared<MjpegStream>(self->stream_.release_socket(), self->context_, std::move(self->place_),
+                                    view)
+          ->start();
     });
   });
   if (!posted) throw ApiError(503, "busy", "too many calls wait already; try again");
 }
 
 void HttpSession::open_events() {
-  if (!boost::beast::websocket::is_upgrade(request_)) {
+  if (!boost::beast::websocket::is_upgrade(reader_.message())) {
     Response refused =
         error_response(ApiError(426, "upgrade_required", "this address speaks WebSocket", "Upgrade"));
     refused.headers.emplace_back("Upgrade", "websocket");
     return answer(std::move(refused));
   }
-  std::make_shared<EventSocket>(std::move(stream_), context_)->start(request_);
+  if (context_->counters.sockets >= (context_->options.max_connections + 1) / 2)
+    throw ApiError(503, "too_many_sockets", "half of all connections are WebSockets already; close one");
+  std::make_shared<EventSocket>(stream_.release_socket(), context_, std::move(place_))
+      ->start(reader_.message());
 }
 
 void HttpSession::answer(Response response) {
   if (response.status >= 500) ++context_->counters.server_errors;
   if (response.status >= 400 && response.status < 500) ++context_->counters.client_errors;
-  const bool head_only = request_.method() == http::verb::head;
+  const bool head_only = reader_.message().method() == http::verb::head;
   auto message =
       std::make_shared<http::response<http::string_body>>(static_cast<http::status>(response.status), 11);
   message->set(http::field::server, "flowscope");
@@ -301,21 +359,21 @@ void HttpSession::send_file(const FileSlice& slice) {
 
 void HttpSession::finish(error_code failure) {
   if (failure || !keep_alive_) return close();
-  stream_.expires_after(idle_deadline);
-  read();
+  read(known_ ? known_idle : stranger_idle);
 }
 
 void HttpSession::close() {
   error_code ignored;
   stream_.socket().shutdown(net::ip::tcp::socket::shutdown_send, ignored);
   if (!unread_) return;
+  if (place_) place_->waits();
   stream_.expires_after(linger);
   discard(most_discarded);
 }
 
 void HttpSession::discard(std::size_t left) {
-  buffer_.clear();
-  stream_.async_read_some(buffer_.prepare(std::min<std::size_t>(left, 64 * 1024)),
+  discarded_.resize(16 * 1024);
+  stream_.async_read_some(net::buffer(discarded_),
                           [self = shared_from_this(), left](error_code failure, std::size_t size) {
                             if (!failure && size < left) self->discard(left - size);
                           });

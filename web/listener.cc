@@ -43,6 +43,7 @@ Listener::Listener(net::io_context& io, std::shared_ptr<Context> context)
   if (!failure) acceptor_.listen(net::socket_base::max_listen_connections, failure);
   if (failure) fail(options, failure);
   port_ = acceptor_.local_endpoint().port();
+  context_->gate.serve_on(port_);
 }
 
 void Listener::accept() {
@@ -52,7 +53,8 @@ void Listener::accept() {
       welcome(std::move(socket));
       return accept();
     }
-    // Mostly no free descriptor: trying again at once would only spin.
+    // Mostly no free descriptor: trying again at once would only spin, unless somebody silent goes for it.
+    if (context_->places.make_room()) return accept();
     pause_.expires_after(std::chrono::milliseconds(200));
     pause_.async_wait([this](error_code stopped) {
       if (!stopped) accept();
@@ -61,15 +63,12 @@ void Listener::accept() {
 }
 
 void Listener::welcome(tcp::socket socket) {
-  if (context_->counters.connections < context_->options.max_connections)
-    return std::make_shared<HttpSession>(std::move(socket), context_)->start();
-  constexpr std::string_view full =
-      "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: 79\r\n"
-      "Connection: close\r\n\r\n"
-      "{\"error\":{\"code\":\"too_many_connections\",\"message\":\"all connections are taken\"}}";
-  error_code ignored;
-  socket.non_blocking(true, ignored);
-  socket.write_some(net::buffer(full.data(), full.size()), ignored);
+  const auto session = std::make_shared<HttpSession>(std::move(socket), context_);
+  auto place = context_->places.take([guest = std::weak_ptr(session)] {
+    if (const auto sent_away = guest.lock()) sent_away->leave();
+  });
+  if (place) return session->start(std::move(place));
+  session->turn_away();
 }
 
 void Listener::close() {

@@ -40,10 +40,12 @@ std::string part_head(const EncodedFrame& frame) {
 
 }  // namespace
 
-MjpegStream::MjpegStream(net::ip::tcp::socket socket, std::shared_ptr<Context> context, std::string view)
+MjpegStream::MjpegStream(net::ip::tcp::socket socket, std::shared_ptr<Context> context, PlaceHold place,
+                         std::string view)
     : socket_(std::move(socket)),
       timer_(socket_.get_executor()),
       context_(std::move(context)),
+      place_(std::move(place)),
       view_(std::move(view)) {
   ++context_->counters.connections;
   ++context_->counters.streams;

@@ -19,7 +19,8 @@ namespace flowscope::web {
 /// soon, once, and then every second.
 class MjpegStream : public FrameViewer, public std::enable_shared_from_this<MjpegStream> {
  public:
-  MjpegStream(boost::asio::ip::tcp::socket socket, std::shared_ptr<Context> context, std::string view);
+  MjpegStream(boost::asio::ip::tcp::socket socket, std::shared_ptr<Context> context, PlaceHold place,
+              std::string view);
   ~MjpegStream() override;
   void start();
   void offer(const FramePtr& frame) override;
@@ -35,6 +36,7 @@ class MjpegStream : public FrameViewer, public std::enable_shared_from_this<Mjpe
   boost::asio::ip::tcp::socket socket_;
   boost::asio::steady_timer timer_;
   std::shared_ptr<Context> context_;
+  PlaceHold place_;
   std::string view_;
   FramePtr waiting_, last_;
   std::string head_;  ///< of the part being written

@@ -57,7 +57,7 @@ std::string lower(std::string text) {
 
 }  // namespace
 
-Json openapi(const std::vector<Route>& routes) {
+Json openapi(const std::vector<Route>& routes, const std::string& cookie) {
   Json paths = Json::object();
   for (const Route& route : routes) paths[route.pattern][lower(route.method)] = operation(route);
   const Json empty = Json::array();
@@ -76,7 +76,7 @@ Json openapi(const std::vector<Route>& routes) {
         {"securitySchemes",
          {{"bearer", {{"type", "http"}, {"scheme", "bearer"}}},
           {"query", {{"type", "apiKey"}, {"in", "query"}, {"name", "token"}}},
-          {"cookie", {{"type", "apiKey"}, {"in", "cookie"}, {"name", "flowscope_token"}}}}}}}};
+          {"cookie", {{"type", "apiKey"}, {"in", "cookie"}, {"name", cookie}}}}}}}};
 }
 
 }  // namespace flowscope::web

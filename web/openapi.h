@@ -7,7 +7,7 @@
 
 namespace flowscope::web {
 
-wire::Json openapi(const std::vector<Route>& routes);
+wire::Json openapi(const std::vector<Route>& routes, const std::string& cookie = "flowscope_token");
 /// The named schemas that answers refer to.
 wire::Json openapi_schemas();
 

@@ -31,5 +31,6 @@ WaypointsRequest waypoints_request(const Json& body);
 JogRequest jog_request(const Json& body);
 double gripper_request(const Json& body);  ///< openness
 bool save_request(const Json& body);       ///< also unfinished
+void check_empty(const Json& body);        ///< of a call that takes no options
 
 }  // namespace flowscope::web::wire

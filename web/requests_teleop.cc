@@ -61,4 +61,6 @@ bool save_request(const Json& body) {
   return unfinished;
 }
 
+void check_empty(const Json& body) { Fields(body).finish(); }
+
 }  // namespace flowscope::web::wire

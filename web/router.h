@@ -11,9 +11,11 @@
 
 namespace flowscope::web {
 
-/// Where a call runs: `quick` and `slow` on worker threads of their own, so that long predictions never hold
-/// up the state; `page` on the I/O thread; `stream` and `events` take the connection over.
-enum class Lane { quick, slow, page, stream, events };
+/// Where a call runs. Each of the first four has worker threads of its own, so that what waits for one thing
+/// never holds up another: `quick` answers from memory, well within a millisecond or two; `work` computes and
+/// reads files; `scene` waits for the simulator or the renderer; `slow` for the policy. `page` runs on the
+/// I/O thread; `stream` and `events` take the connection over.
+enum class Lane { quick, work, scene, slow, page, stream, events };
 
 struct QueryField {
   std::string name, schema;  ///< schema: JSON text
@@ -24,7 +26,7 @@ struct Route {
   Lane lane = Lane::quick;
   std::string request;   ///< JSON schema text of the body; empty: no body
   std::string response;  ///< name of a schema, or a content type when it holds a '/'; empty: 204
-  std::function<Response(const Request&)> handle;  ///< quick and slow lanes
+  std::function<Response(const Request&)> handle;  ///< on a worker's thread
   std::vector<QueryField> query = {};
   int success = 200;
   bool open = false;  ///< answers without a token

@@ -57,7 +57,7 @@ void add_server_routes(std::vector<Route>& routes, Backend& backend, RouteSource
       {"width", R"({"type":"integer","minimum":16,"maximum":4096})"},
       {"height", R"({"type":"integer","minimum":16,"maximum":4096})"}};
   // clang-format on
-  routes.push_back({"GET", "/snapshot", "One picture of a view", Lane::slow, "", "image/jpeg",
+  routes.push_back({"GET", "/snapshot", "One picture of a view", Lane::scene, "", "image/jpeg",
                     [&backend](const Request& request) {
                       SnapshotRequest snapshot;
                       snapshot.view = request.query.get("view").value_or("main");
@@ -73,7 +73,7 @@ void add_server_routes(std::vector<Route>& routes, Backend& backend, RouteSource
                       return response;
                     },
                     snapshot_fields});
-  routes.push_back({"GET", "/api/v1/openapi.json", "This document", Lane::quick, "", "application/json",
+  routes.push_back({"GET", "/api/v1/openapi.json", "This document", Lane::work, "", "application/json",
                     [text = std::move(sources.openapi)](const Request&) {
                       Response response;
                       response.body = text();

@@ -9,16 +9,16 @@ using wire::Json;
 
 void add_data_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back(
-      {"GET", "/api/v1/demos", "All demonstrations", Lane::quick, "", "Demos", [&backend](const Request&) {
+      {"GET", "/api/v1/demos", "All demonstrations", Lane::work, "", "Demos", [&backend](const Request&) {
          Json list = Json::array();
          for (const DemoInfo& info : backend.demos()) list.push_back(wire::to_json(info));
          return json_response({{"demos", std::move(list)}});
        }});
-  routes.push_back({"GET", "/api/v1/demos/{id}", "A demonstration: instructions and keyframes", Lane::quick,
+  routes.push_back({"GET", "/api/v1/demos/{id}", "A demonstration: instructions and keyframes", Lane::work,
                     "", "DemoDetail", [&backend](const Request& request) {
                       return json_response(wire::demo_detail(backend.demo(request.param("id"))));
                     }});
-  routes.push_back({"DELETE", "/api/v1/demos/{id}", "Moves a demonstration to the bin", Lane::quick, "", "",
+  routes.push_back({"DELETE", "/api/v1/demos/{id}", "Moves a demonstration to the bin", Lane::work, "", "",
                     [&backend](const Request& request) {
                       backend.remove_demo(request.param("id"));
                       return no_content();
@@ -27,7 +27,7 @@ void add_data_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back({"GET",
                     "/api/v1/demos/{id}/picture",
                     "What a camera saw at a keyframe (-1: at the start)",
-                    Lane::slow,
+                    Lane::work,
                     "",
                     "image/png",
                     [&backend](const Request& request) {
@@ -41,7 +41,7 @@ void add_data_routes(std::vector<Route>& routes, Backend& backend) {
                     {{"keyframe", R"({"type":"integer","minimum":-1,"default":-1})"},
                      {"camera", R"({"type":"string","default":"front"})"}}});
   routes.push_back({"POST", "/api/v1/export",
-                    "Writes a figure, film or cloud: two at a time, 16 wait, 429 beyond", Lane::quick,
+                    "Writes a figure, film or cloud: two at a time, 16 wait, 429 beyond", Lane::work,
                     R"({"type":"object","required":["kind"],"properties":{
                       "kind":{"enum":["png","mp4","strip","cloud","gltf","report"]},"trace":{"type":"string"},
                       "demo":{"type":"string"},"step":{"type":"integer","minimum":0},"camera":{"type":"string"},

@@ -46,7 +46,7 @@ void add_policy_routes(std::vector<Route>& routes, Backend& backend) {
          return json_response({{"traces", backend.predict(wire::predict_request(body_json(request)))}});
        }});
   routes.push_back(
-      {"GET", "/api/v1/traces", "All flow traces", Lane::quick, "", "Traces", [&backend](const Request&) {
+      {"GET", "/api/v1/traces", "All flow traces", Lane::work, "", "Traces", [&backend](const Request&) {
          Json list = Json::array();
          for (const TraceEntry& entry : backend.traces()) list.push_back(wire::to_json(entry));
          return json_response({{"traces", std::move(list)}});
@@ -54,7 +54,7 @@ void add_policy_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back({"GET",
                     "/api/v1/traces/{id}",
                     "A flow trace; weights=1 adds what each end point rests on",
-                    Lane::quick,
+                    Lane::work,
                     "",
                     "Trace",
                     [&backend](const Request& request) {
@@ -62,14 +62,14 @@ void add_policy_routes(std::vector<Route>& routes, Backend& backend) {
                       return json_response(wire::to_json(backend.trace(request.param("id")), weights));
                     },
                     {{"weights", R"({"enum":[0,1],"default":0})"}}});
-  routes.push_back({"DELETE", "/api/v1/traces/{id}", "Removes a flow trace", Lane::quick, "", "",
+  routes.push_back({"DELETE", "/api/v1/traces/{id}", "Removes a flow trace", Lane::work, "", "",
                     [&backend](const Request& request) {
                       backend.remove_trace(request.param("id"));
                       return no_content();
                     }});
   routes.back().success = 204;
   routes.push_back(
-      {"POST", "/api/v1/traces/{id}/show", "Draws a step over every view; null clears it", Lane::quick,
+      {"POST", "/api/v1/traces/{id}/show", "Draws a step over every view; null clears it", Lane::work,
        R"({"type":"object","required":["step"],"properties":{"step":{"type":["integer","null"]}}})", "",
        [&backend](const Request& request) {
          backend.show_trace(request.param("id"), wire::show_request(body_json(request)));
@@ -84,6 +84,7 @@ void add_policy_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back({"POST", "/api/v1/traces/{id}/execute", "Plans to the predicted keyframe and moves there",
                     Lane::quick, R"({"type":"object","properties":{}})", "Started",
                     [&backend](const Request& request) {
+                      wire::check_empty(body_json(request));
                       return json_response({{"job", backend.execute_trace(request.param("id"))}}, 202);
                     }});
   routes.back().success = 202;

@@ -24,20 +24,19 @@ void add_scene_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back({"GET", "/api/v1/state", "The present scene, recording, training and policy", Lane::quick,
                     "", "State",
                     [&backend](const Request&) { return json_response(wire::to_json(backend.state())); }});
-  routes.push_back(
-      {"GET", "/api/v1/tasks", "All tasks", Lane::quick, "", "Tasks", [&backend](const Request&) {
-         Json list = Json::array();
-         for (const TaskEntry& task : backend.tasks()) list.push_back(wire::to_json(task));
-         return json_response({{"tasks", std::move(list)}});
-       }});
-  routes.push_back({"GET", "/api/v1/tasks/{name}/script", "The task's own demonstration", Lane::quick, "",
+  routes.push_back({"GET", "/api/v1/tasks", "All tasks", Lane::work, "", "Tasks", [&backend](const Request&) {
+                      Json list = Json::array();
+                      for (const TaskEntry& task : backend.tasks()) list.push_back(wire::to_json(task));
+                      return json_response({{"tasks", std::move(list)}});
+                    }});
+  routes.push_back({"GET", "/api/v1/tasks/{name}/script", "The task's own demonstration", Lane::work, "",
                     "text/yaml", [&backend](const Request& request) {
                       Response response;
                       response.content_type = "text/yaml; charset=utf-8";
                       response.body = backend.task_script(request.param("name"));
                       return response;
                     }});
-  routes.push_back({"POST", "/api/v1/reset", "Starts an episode", Lane::slow,
+  routes.push_back({"POST", "/api/v1/reset", "Starts an episode", Lane::scene,
                     R"({"type":"object","required":["task"],"properties":{"task":{"type":"string"},
                       "variation":{"type":"integer","minimum":0},"seed":{"type":"integer","minimum":0}}})",
                     "State", [&backend](const Request& request) {
@@ -64,7 +63,7 @@ void add_scene_routes(std::vector<Route>& routes, Backend& backend) {
                       return json_response(wire::to_json(backend.drag_view(request.param("id"), drag)));
                     }});
   routes.push_back({"POST", "/api/v1/script", "Runs a waypoint script, or a task's own demonstration",
-                    Lane::quick,
+                    Lane::work,
                     R"({"type":"object","properties":{"script":{"type":"string"},"task":{"type":"string"},
                       "record":{"type":"boolean","default":false}}})",
                     "Started", [&backend](const Request& request) {

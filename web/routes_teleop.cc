@@ -36,21 +36,21 @@ Json list(const Values& values) {
 
 void add_teleop_routes(std::vector<Route>& routes, Backend& backend) {
   routes.push_back({"GET", "/api/v1/views/{id}/camera", "The camera that a view is drawn with now",
-                    Lane::quick, "", "Camera", [&backend](const Request& request) {
+                    Lane::scene, "", "Camera", [&backend](const Request& request) {
                       return json_response(wire::to_json(backend.view_camera(request.param("id"))));
                     }});
   routes.push_back({"POST", "/api/v1/views/{id}/pick",
-                    "What lies at a place of the picture, and waypoints there", Lane::quick, pick_schema,
+                    "What lies at a place of the picture, and waypoints there", Lane::scene, pick_schema,
                     "Picked", [&backend](const Request& request) {
                       const auto pick = wire::pick_request(body_json(request), request.param("id"));
                       return json_response(wire::to_json(backend.pick(pick)));
                     }});
-  routes.push_back({"GET", "/api/v1/frames", "The frames that a script may name", Lane::quick, "", "Frames",
+  routes.push_back({"GET", "/api/v1/frames", "The frames that a script may name", Lane::scene, "", "Frames",
                     [&backend](const Request&) {
                       return json_response({{"frames", list(backend.frames())}});
                     }});
   routes.push_back({"PUT", "/api/v1/waypoints", "Draws a script's waypoints and tells where they lie",
-                    Lane::quick, waypoints_schema, "Steps", [&backend](const Request& request) {
+                    Lane::work, waypoints_schema, "Steps", [&backend](const Request& request) {
                       const auto wanted = wire::waypoints_request(body_json(request));
                       return json_response({{"steps", list(backend.set_waypoints(wanted))}});
                     }});
@@ -63,19 +63,24 @@ void add_teleop_routes(std::vector<Route>& routes, Backend& backend) {
                       return json_response(wire::to_json(backend.jog(jog)));
                     }});
   routes.push_back(
-      {"POST", "/api/v1/teleop/gripper", "Moves the fingers; closing grasps, opening releases", Lane::quick,
+      {"POST", "/api/v1/teleop/gripper", "Moves the fingers; closing grasps, opening releases", Lane::scene,
        R"({"type":"object","required":["openness"],"properties":{"openness":{"type":"number","minimum":0,"maximum":1}}})",
        "Teleop", [&backend](const Request& request) {
          return json_response(wire::to_json(backend.jog_gripper(wire::gripper_request(body_json(request)))));
        }});
-  routes.push_back({"POST", "/api/v1/teleop/undo", "Takes the last movement by hand back", Lane::quick,
-                    R"({"type":"object","properties":{}})", "Teleop",
-                    [&backend](const Request&) { return json_response(wire::to_json(backend.undo_jog())); }});
+  routes.push_back({"POST", "/api/v1/teleop/undo", "Takes the last movement by hand back", Lane::scene,
+                    R"({"type":"object","properties":{}})", "Teleop", [&backend](const Request& request) {
+                      wire::check_empty(body_json(request));
+                      return json_response(wire::to_json(backend.undo_jog()));
+                    }});
   routes.push_back({"POST", "/api/v1/teleop/mark", "Marks a keyframe; the tool's pose as steps of a script",
-                    Lane::quick, R"({"type":"object","properties":{}})", "Steps", [&backend](const Request&) {
+                    Lane::scene, R"({"type":"object","properties":{}})", "Steps",
+                    [&backend](const Request& request) {
+                      wire::check_empty(body_json(request));
                       return json_response({{"steps", list(backend.mark_keyframe())}});
                     }});
-  routes.push_back({"POST", "/api/v1/teleop/save", "Saves what was moved by hand since the reset", Lane::slow,
+  routes.push_back({"POST", "/api/v1/teleop/save", "Saves what was moved by hand since the reset",
+                    Lane::scene,
                     R"({"type":"object","properties":{"unfinished":{"type":"boolean","default":false,
                       "description":"also when the task is not done"}}})",
                     "Saved", [&backend](const Request& request) {

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <stdexcept>
 
 namespace flowscope::web {
 
@@ -19,8 +19,13 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// The name of `name[:port]` in lower case; empty when it is not that form.
-std::string host_name(std::string_view host) {
+struct HostAndPort {
+  std::string
+      name;  ///< in lower case, an IPv6 address without brackets; empty when the text is not `name[:port]`
+  std::string port;  ///< digits; may be empty
+};
+
+HostAndPort host_and_port(std::string_view host) {
   std::string_view name = host, port;
   if (host.starts_with('[')) {
     const std::size_t end = host.find(']');
@@ -38,8 +43,18 @@ std::string host_name(std::string_view host) {
     if (port.front() != ':' || digits.empty() || digits.size() > 5 ||
         !std::all_of(digits.begin(), digits.end(), is_digit))
       return {};
+    port = digits;
   }
-  return lower(name);
+  return {lower(name), std::string(port)};
+}
+
+std::string host_name(std::string_view host) { return host_and_port(host).name; }
+
+/// Letters, digits, - . _ and the colons of IPv6: what may be a name, and may be repeated in a message.
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && name.size() <= 253 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '_' || c == ':';
+  });
 }
 
 enum class Address { none, loopback, any, other };
@@ -60,49 +75,97 @@ Address address_kind(const std::string& name) {
   return Address::none;
 }
 
-std::optional<std::string_view> cookie_value(std::string_view cookies, std::string_view wanted) {
+/// Whether any cookie of that name holds what `is_right` asks for: an old one of another path may come along.
+template <typename Right>
+bool has_cookie(std::string_view cookies, std::string_view wanted, Right is_right) {
   while (!cookies.empty()) {
     const std::size_t end = std::min(cookies.find(';'), cookies.size());
     std::string_view item = cookies.substr(0, end);
     cookies.remove_prefix(std::min(end + 1, cookies.size()));
     while (item.starts_with(' ')) item.remove_prefix(1);
     const std::size_t equals = item.find('=');
-    if (equals != item.npos && item.substr(0, equals) == wanted) return item.substr(equals + 1);
+    if (equals != item.npos && item.substr(0, equals) == wanted && is_right(item.substr(equals + 1)))
+      return true;
   }
-  return std::nullopt;
+  return false;
 }
-
-constexpr std::string_view cookie_name = "flowscope_token";
 
 bool changes_something(std::string_view method) { return method != "GET" && method != "HEAD"; }
 
 }  // namespace
 
-Gate::Gate(std::string bound_host, std::string token)
+bool is_loopback_host(std::string_view host) {
+  const std::string name = lower(host);
+  return name == "localhost" || address_kind(name) == Address::loopback;
+}
+
+Gate::Gate(std::string bound_host, std::string token, const std::vector<std::string>& names,
+           std::string base_path)
     : bound_host_(lower(bound_host)),
       token_(std::move(token)),
+      base_path_(std::move(base_path)),
       everywhere_(address_kind(bound_host_) == Address::any) {
   std::array<char, 256> name{};
   if (gethostname(name.data(), name.size() - 1) == 0) machine_ = lower(name.data());
+  for (const std::string& given : names) {
+    const bool bare_v6 = address_kind(lower(given)) != Address::none && given.find(':') != given.npos;
+    const HostAndPort host = bare_v6 ? HostAndPort{lower(given), {}} : host_and_port(given);
+    if (!is_plain_name(host.name) || !host.port.empty() || address_kind(host.name) == Address::any)
+      throw std::invalid_argument(
+          "'" + given + "' is no host name; give one as in robot.example.com, without http:// and port");
+    names_.push_back(host.name);
+  }
+}
+
+void Gate::serve_on(std::uint16_t port) { cookie_name_ = "flowscope_token_" + std::to_string(port); }
+
+bool Gate::is_given_name(const std::string& name) const {
+  return std::find(names_.begin(), names_.end(), name) != names_.end();
 }
 
 bool Gate::host_is_ours(std::string_view host) const {
   const std::string name = host_name(host);
   const Address kind = address_kind(name);
   if (name.empty() || kind == Address::any) return false;
-  if (name == "localhost" || kind == Address::loopback || name == bound_host_) return true;
+  if (name == "localhost" || kind == Address::loopback || name == bound_host_ || is_given_name(name))
+    return true;
   // Bound to every address: a foreign page cannot make the browser send a number or this machine's name as
   // Host.
   return everywhere_ && (kind == Address::other || name == machine_);
 }
 
+/// Our own page's. Under a name that we were given, a proxy may add TLS, a port of its own, or put an address
+/// of ours into Host; a page of another port of that name is a stranger's all the same.
+bool Gate::origin_is_ours(std::string_view origin, std::string_view host) const {
+  const std::string page = lower(origin), asked = lower(host);
+  if (page == "http://" + asked) return true;
+  const bool secure = page.starts_with("https://");
+  if (!secure && !page.starts_with("http://")) return false;
+  const HostAndPort from = host_and_port(std::string_view(page).substr(secure ? 8 : 7)),
+                    to = host_and_port(asked);
+  if (!is_given_name(from.name)) return false;
+  const std::string usual = secure ? "443" : "80";
+  return from.name != to.name || to.port.empty() || to.port == (from.port.empty() ? usual : from.port);
+}
+
 void Gate::check_origin(const Credentials& request, bool page) const {
-  if (!host_is_ours(request.host))
-    throw ApiError(403, "foreign_host", "this server is not called that; use the address that it printed",
+  const auto advice = [](const std::string& name) {
+    return is_plain_name(name) ? "; if that is a name of this server, start it with --allow-host " + name
+                               : std::string();
+  };
+  if (!host_is_ours(request.host)) {
+    const std::string name = host_name(request.host);
+    throw ApiError(403, "foreign_host",
+                   "this server is not called " + (is_plain_name(name) ? name : std::string("that")) +
+                       "; use the address that it printed" + advice(name),
                    "Host");
-  const bool same = lower(request.origin) == "http://" + lower(request.host);
-  if (request.has_origin && !same)
-    throw ApiError(403, "foreign_origin", "asked for by a foreign page", "Origin");
+  }
+  if (request.has_origin && !origin_is_ours(request.origin, request.host)) {
+    const std::size_t scheme = request.origin.find("://");
+    const std::string name =
+        scheme == std::string_view::npos ? "" : host_name(request.origin.substr(scheme + 3));
+    throw ApiError(403, "foreign_origin", "asked for by a foreign page" + advice(name), "Origin");
+  }
   const std::string_view site = request.fetch_site;
   const bool foreign = !site.empty() && site != "same-origin" && site != "none";
   const bool opens_page = page && request.fetch_mode == "navigate" && !changes_something(request.method);
@@ -121,7 +184,8 @@ void Gate::check_token(const Credentials& request) const {
     return;
   }
   const ApiError refused(401, "unauthorized",
-                         "the token is missing or wrong; it is in the address that was printed");
+                         "the token is missing or wrong; it is in the address that was printed",
+                         "Authorization");
   if (!request.authorization.empty()) {
     constexpr std::string_view scheme = "bearer ";
     if (lower(request.authorization.substr(0, scheme.size())) != scheme ||
@@ -133,8 +197,8 @@ void Gate::check_token(const Credentials& request) const {
     if (!is_token(request.query_token)) throw refused;
     return;
   }
-  const auto cookie = cookie_value(request.cookie, cookie_name);
-  if (!cookie || !is_token(*cookie)) throw refused;
+  if (!has_cookie(request.cookie, cookie_name_, [this](std::string_view value) { return is_token(value); }))
+    throw refused;
   const bool our_page =
       request.has_origin || request.fetch_site == "same-origin";  // foreign ones are gone by now
   if (changes_something(request.method) && !our_page)
@@ -151,7 +215,8 @@ void Gate::check_body_type(const Credentials& request) const {
 }
 
 std::string Gate::cookie() const {
-  return std::string(cookie_name) + "=" + token_ + "; HttpOnly; SameSite=Strict; Path=/";
+  const std::string path = base_path_.empty() ? "" : "; Path=" + base_path_ + "/";
+  return cookie_name_ + "=" + token_ + "; HttpOnly; SameSite=Strict" + path;
 }
 
 }  // namespace flowscope::web

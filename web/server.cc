@@ -27,8 +27,8 @@ struct Server::Impl {
     context->leaving = true;
     net::post(io, [this] { listener.close(); });
     // Who waits for an answer gets one, if only that there will be none.
-    context->quick.finish();
-    context->slow.finish();
+    for (WorkerPool* pool : {&context->quick, &context->work, &context->scene, &context->slow})
+      pool->finish();
     net::steady_timer answers_leave(io);
     net::post(io, [&] {
       answers_leave.expires_after(std::chrono::milliseconds(100));
@@ -91,8 +91,8 @@ std::string Server::url() const {
   const bool everywhere = options.host == "0.0.0.0" || options.host == "::";
   std::string host = everywhere ? "127.0.0.1" : options.host;
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  const std::string token = options.token.empty() ? "" : "?token=" + options.token;
-  return "http://" + host + ":" + std::to_string(port()) + "/" + token;
+  const std::string token = options.token.empty() ? "" : "?token=" + percent_encode(options.token);
+  return "http://" + host + ":" + std::to_string(port()) + options.base_path + "/" + token;
 }
 
 void Server::publish(const std::string& view, FramePtr frame) { impl_->publish(view, std::move(frame)); }

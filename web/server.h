@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "web/backend.h"
 #include "web/frame.h"
@@ -17,7 +18,10 @@ struct ServerOptions {
   std::uint16_t port = 8080;   ///< 0: a free one
   std::string token;           ///< empty: no token is asked for
   std::filesystem::path page;  ///< folder of the built page; empty or missing: a plain note is served
-  int max_connections = 256, max_streams = 64;
+  int max_connections = 256;   ///< a quarter of them only for those who showed the token
+  int max_streams = 64;
+  std::vector<std::string> names;  ///< what the server is called besides, in Host and Origin
+  std::string base_path;  ///< where a proxy shows the page, as checked_base_path gives it; empty: at /
 };
 
 /// What goes to every WebSocket client. State is kept: a client that joins gets the newest of each kind

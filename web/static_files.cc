@@ -32,7 +32,7 @@ Response note() {
   response.body =
       "<!doctype html><title>flowscope</title><p>flowscope runs, but its page is not built: build it in "
       "web/ui, "
-      "or use the <a href=\"/stream\">stream</a> and the <a href=\"/api/v1/openapi.json\">API</a>.";
+      "or use the <a href=\"stream\">stream</a> and the <a href=\"api/v1/openapi.json\">API</a>.";
   return response;
 }
 

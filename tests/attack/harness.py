@@ -28,7 +28,7 @@ class Server:
         self.process = subprocess.Popen(
             words + list(options), stdout=subprocess.PIPE, stderr=self.log, text=True,
             env={**os.environ, **(environment or {})}, preexec_fn=preexec)
-        line = self.process.stdout.readline()
+        line = self.line = self.process.stdout.readline()
         found = re.search(r"http://([^:/]+):(\d+)/\S*?(?:token=(\w+))?$", line.strip())
         if not found:
             self.process.wait(30)

@@ -120,5 +120,25 @@ TEST(Script, RefusesTextMadeToHurt) {
   EXPECT_NE(error_of(many).find("10000"), std::string::npos);
 }
 
+TEST(Script, IsMeasuredBeforeItIsRead) {
+  std::string flow = "steps: [gripper: open";
+  for (int i = 0; i < 12'000; ++i) flow += ", gripper: open";
+  EXPECT_NE(error_of(flow + "]").find("s.yaml:1:"), std::string::npos);
+  EXPECT_NE(error_of(flow + "]").find("more than 10000 steps"), std::string::npos);
+  const std::string word(200'000, 'a');
+  for (const std::string& text :
+       {word + ": 1", "task: " + word, "task: '" + word + "'", "task: \"" + word + "\"",
+        "task: &" + word + " x", "steps: [" + word + "]", "a b " + word})
+    EXPECT_NE(error_of(text).find("s.yaml:1:"), std::string::npos) << text.substr(0, 20);
+  EXPECT_NE(error_of("steps:\n  - gripper: open\n  - " + word).find("s.yaml:3:"), std::string::npos);
+  EXPECT_NE(error_of(std::string(40, '{')).find("deep"), std::string::npos);
+  const std::string remark(100'000, 'a');
+  EXPECT_EQ(error_of("# " + remark + "\nsteps:\n  - gripper: open   # " + remark + "\n"), "")
+      << "a comment may be long";
+  EXPECT_EQ(error_of("steps:\n" + std::string(3000, ' ') + "- gripper: open\n"), "");
+  EXPECT_EQ(error_of("task: it's_[\nsteps: [{gripper: open}, {gripper: \"close\"}, {gripper: '0.5'}]\n"), "")
+      << "signs inside words";
+}
+
 }  // namespace
 }  // namespace flowscope

@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/support/served_fake.h"
+#include "web/incoming_meter.h"
 #include "web/wire.h"
 
 namespace flowscope::web {
@@ -140,6 +143,43 @@ TEST(Events, WaitingMessagesOfOneKeyCoalesce) {
     ++received;
   }
   EXPECT_LT(received, count);
+}
+
+bool all_events_clients_left(const ServedFake& served) {
+  return served.get("/metrics").body.find("\nflowscope_event_clients 0\n") != std::string::npos;
+}
+
+/// Nothing that a client sends is wanted: whoever sends without end is closed.
+TEST(Events, EmptyFragmentsWithoutEndEnd) {
+  const ServedFake served;
+  const std::string first("\x01\x80\0\0\0\0", 6), next("\x00\x80\0\0\0\0", 6);
+  std::string many;
+  for (int i = 0; i < 5000; ++i) many += next;
+  for (const std::string& fragments : {many, next}) {
+    Connection connection(served.server.port());
+    connection.send(testing::request_text("GET", "/api/v1/events",
+                                          upgrade({{"Authorization", "Bearer " + testing::test_token}})));
+    ASSERT_EQ(connection.reply(true).status, 101);
+    EXPECT_FALSE(all_events_clients_left(served));
+    connection.send(first);
+    bool gone = false;
+    for (int i = 0; i < 200 && !gone; ++i) {
+      connection.send(fragments);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      gone = all_events_clients_left(served);
+    }
+    EXPECT_TRUE(gone) << fragments.size() << " bytes ten times a second";
+  }
+}
+
+TEST(Events, PingsAndWholeMessagesMayGoOnForEver) {
+  IncomingMeter meter;
+  for (int second = 0; second < 1000; ++second) {
+    meter.transfer_read_bytes(6 + 125 + 6 + 4000);  // a ping, and a message to its end
+    meter.saw_control(125);
+    if (second % 3 == 0) meter.saw_message();
+    ASSERT_FALSE(meter.tick()) << second;
+  }
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
     if (name == "--port") options.port = static_cast<std::uint16_t>(std::stoi(value));
     if (name == "--page") options.page = value;
     if (name == "--token") options.token = value;
+    if (name == "--base-path") options.base_path = value;
+    if (name == "--allow-host") options.names.push_back(value);
   }
   std::signal(SIGINT, [](int) { stopped = 1; });
   std::signal(SIGTERM, [](int) { stopped = 1; });

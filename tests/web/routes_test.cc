@@ -74,6 +74,36 @@ TEST(Routes, AForeignPageChangesNothing) {
   }
 }
 
+TEST(Routes, EveryBodyIsReadAndEveryRefusalNamesItsPlace) {
+  const ServedFake served;
+  testing::FakeBackend backend;
+  const auto expect_place = [](const testing::Reply& reply, const std::string& what) {
+    EXPECT_TRUE(reply.status >= 400 && reply.status < 500) << what << " " << reply.status;
+    const Json error = Json::parse(reply.body)["error"];
+    EXPECT_TRUE(error.contains("where") && !error["where"].get<std::string>().empty())
+        << what << " " << reply.body;
+  };
+  int bodies = 0;
+  for (const Route& route : all_routes(backend)) {
+    const std::string name = route.method + " " + route.pattern;
+    if (!route.open)
+      expect_place(testing::call(served.server.port(), route.method, example(route)),
+                   name + " without token");
+    if (route.pattern.find("{id}") != std::string::npos && route.request.empty())
+      expect_place(served.send(route.method, route.pattern.substr(0, route.pattern.find('{')) + "nobody" +
+                                                 route.pattern.substr(route.pattern.find('}') + 1)),
+                   name + " of nobody");
+    if (route.request.empty()) continue;
+    ++bodies;
+    for (const char* text : {"{", "no JSON", "[]", "{\"nothing\":0}", "7"})
+      expect_place(served.send(route.method, example(route), text), name + " " + text);
+  }
+  EXPECT_GT(bodies, 12);
+  expect_place(served.send("POST", "/api/v1/train", R"({"action":"stop"})"), "409");
+  expect_place(served.get("/api/v1/nothing"), "404");
+  expect_place(served.send("PATCH", "/api/v1/state"), "405");
+}
+
 TEST(OpenApi, ListsExactlyTheRouteTable) {
   const ServedFake served;
   const Json document = Json::parse(served.get("/api/v1/openapi.json").body);

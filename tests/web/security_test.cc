@@ -82,6 +82,75 @@ TEST(Host, TheNameThatWasAskedForPasses) {
   EXPECT_EQ(origin_status(gate, {.host = "evil.robot.lab:8080"}), 403);
 }
 
+std::string complaint(const Gate& gate, Credentials request) {
+  request.method = "GET";
+  try {
+    gate.check_origin(request, false);
+    return "";
+  } catch (const ApiError& error) {
+    return error.what();
+  }
+}
+
+TEST(Host, NamesThatWereAllowedPassAndOthersAreToldHow) {
+  const Gate gate("127.0.0.1", token, {"Robot.example.com", "10.0.0.7", "fd00::5"});
+  for (const char* host : {"robot.example.com", "robot.example.com:443", "ROBOT.example.com:8080",
+                           "10.0.0.7:80", "[fd00::5]:8080", "localhost"})
+    EXPECT_EQ(origin_status(gate, {.host = host}), 200) << host;
+  for (const char* host : {"example.com", "x.robot.example.com", "robot.example.com.evil.com", "10.0.0.8",
+                           "robot.example.com:80:80"})
+    EXPECT_EQ(origin_status(gate, {.host = host}), 403) << host;
+  EXPECT_NE(complaint(gate, {.host = "lab.example.org:8443"}).find("--allow-host lab.example.org"),
+            std::string::npos);
+  EXPECT_EQ(complaint(gate, {.host = "<script>"}).find("<script>"), std::string::npos);
+  const std::string page =
+      complaint(gate, {.host = "localhost", .origin = "https://lab.example.org:8443", .has_origin = true});
+  EXPECT_NE(page.find("--allow-host lab.example.org"), std::string::npos) << page;
+}
+
+TEST(Host, OnlyNamesCanBeAllowed) {
+  for (const char* name :
+       {"", "*", "*.example.com", "http://robot", "robot:8080", "robot/lab", "two names", "0.0.0.0", "::"})
+    EXPECT_THROW(Gate("127.0.0.1", token, {name}), std::invalid_argument) << name;
+}
+
+TEST(Origin, AnAllowedNameMayStandBehindAProxy) {
+  const Gate gate("127.0.0.1", token, {"hub.example.com"});
+  const auto status = [&](const char* host, const char* origin) {
+    return origin_status(gate, {.host = host, .origin = origin, .has_origin = true});
+  };
+  // The proxy hands Host on, adds TLS, drops the port, or puts our own address in.
+  EXPECT_EQ(status("hub.example.com", "http://hub.example.com"), 200);
+  EXPECT_EQ(status("hub.example.com", "https://hub.example.com"), 200);
+  EXPECT_EQ(status("hub.example.com:443", "https://hub.example.com"), 200);
+  EXPECT_EQ(status("hub.example.com:8443", "https://hub.example.com:8443"), 200);
+  EXPECT_EQ(status("hub.example.com", "https://hub.example.com:8443"), 200);
+  EXPECT_EQ(status("127.0.0.1:8080", "https://hub.example.com"), 200);
+  EXPECT_EQ(status("hub.example.com:8443", "https://hub.example.com:9999"), 403);
+  EXPECT_EQ(status("hub.example.com:8443", "https://hub.example.com"), 403);
+  for (const char* origin :
+       {"https://evil.com", "https://hub.example.com.evil.com", "https://evil.com/hub.example.com", "null",
+        "", "ftp://hub.example.com", "https://hub.example.com@evil.com", "https://localhost:8080"})
+    EXPECT_EQ(status("hub.example.com", origin), 403) << origin;
+  EXPECT_EQ(origin_status(gate, {.host = "hub.example.com",
+                                 .origin = "https://hub.example.com",
+                                 .fetch_site = "same-site",
+                                 .has_origin = true}),
+            403);
+}
+
+TEST(Cookie, IsNamedByPortAndFoundAmongOthers) {
+  Gate first("127.0.0.1", token), second("127.0.0.1", std::string(32, 'b'), {}, "/proxy/8081");
+  first.serve_on(8080);
+  second.serve_on(8081);
+  EXPECT_TRUE(first.cookie().starts_with("flowscope_token_8080=" + token)) << first.cookie();
+  EXPECT_TRUE(second.cookie().ends_with("; Path=/proxy/8081/")) << second.cookie();
+  const std::string jar = "flowscope_token_8081=" + std::string(32, 'b') +
+                          "; flowscope_token_8080=old; flowscope_token_8080=" + token;
+  EXPECT_NO_THROW(first.check_token({.method = "GET", .cookie = jar}));
+  EXPECT_NO_THROW(second.check_token({.method = "GET", .cookie = jar}));
+}
+
 TEST(Origin, OnlyOurOwnPagePasses) {
   const Gate gate("127.0.0.1", token);
   const auto status = [&](const char* origin) {

@@ -95,6 +95,27 @@ TEST(ParseBody, RefusesWhatCouldHurt) {
   EXPECT_EQ(refusal([&] { parse_body(keys); }).code, "too_many_keys");
 }
 
+TEST(ParseBody, RefusesWhatIsTooMuchBeforeItIsRead) {
+  const std::string long_text(200'000, 'a');
+  const ApiError key = refusal([&] { parse_body("{\n \"" + long_text + "\": 1}"); });
+  EXPECT_EQ(key.code, "key_too_long");
+  EXPECT_EQ(key.where, "line 2, column 2");
+  EXPECT_EQ(refusal([&] { parse_body("{\"a\": " + std::string(200'000, '1') + "}"); }).code, "too_long");
+  EXPECT_EQ(refusal([&] { parse_body("{\"a\": " + long_text + "}"); }).code, "too_long");
+  std::string values = "[0";
+  for (int i = 0; i < 50'000; ++i) values += ",0";
+  EXPECT_EQ(refusal([&] { parse_body(values + "]"); }).code, "too_many_values");
+  EXPECT_EQ(refusal([] { parse_body(std::string(100'000, '{')); }).code, "too_deep");
+  std::string mixed;
+  for (int i = 0; i < 40; ++i) mixed += "{\"a\":[";
+  EXPECT_EQ(refusal([&] { parse_body(mixed); }).code, "too_deep");
+  EXPECT_NO_THROW(
+      parse_body("{\"script\": \"" + long_text + "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[\\\"{:\"}"))
+      << "a value may be long";
+  const ApiError half = refusal([&] { parse_body("{\"a\": \"" + long_text); });
+  EXPECT_LT(std::string(half.what()).size(), 300u) << "the answer does not repeat what was sent";
+}
+
 TEST(ParseBody, SaysWhereItStopped) {
   EXPECT_EQ(refusal([] { parse_body("{\n  \"a\": ?}"); }).where, "line 2, column 8");
 }

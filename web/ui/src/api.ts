@@ -8,6 +8,11 @@ export class ApiError extends Error {
   }
 }
 
+/// Where a path of the server lies for this page: a proxy may show both below a path of its own.
+export function address(path: string): string {
+  return new URL(path.replace(/^\/+/, ""), document.baseURI).href;
+}
+
 async function call(method: string, path: string, body?: unknown): Promise<Response> {
   const init: RequestInit = { method, headers: { Accept: "application/json" } };
   if (body !== undefined) {
@@ -16,14 +21,14 @@ async function call(method: string, path: string, body?: unknown): Promise<Respo
   }
   let response: Response;
   try {
-    response = await fetch(path, init);
+    response = await fetch(address(path), init);
   } catch {
     throw new ApiError(0, "unreachable", "the server does not answer");
   }
   if (response.ok) return response;
   const problem = await response.json().then((json: { error?: Problem }) => json.error, () => undefined);
   throw new ApiError(response.status, problem?.code ?? String(response.status),
-    problem?.message ?? response.statusText, problem?.where);
+    problem?.message ?? response.statusText, /^[A-Z]+ \//.test(problem?.where ?? "") ? "" : problem?.where); // the call itself is no news here
 }
 
 async function json<T>(method: string, path: string, body?: unknown): Promise<T> {
@@ -31,7 +36,7 @@ async function json<T>(method: string, path: string, body?: unknown): Promise<T>
   return (response.status === 204 ? undefined : await response.json()) as T;
 }
 
-const v1 = "/api/v1";
+const v1 = "api/v1";
 const id_of = encodeURIComponent;
 
 export interface PredictOptions { flow_steps: number; seed: number; samples: number; radius?: string; objective?: string; integrator?: string }
@@ -50,7 +55,7 @@ export interface Health { status: "loading" | "ready"; message?: string }
 export const api = {
   /// "loading" is an answer here, not a failure.
   async health(): Promise<Health> {
-    const response = await fetch("/health", { cache: "no-store" });
+    const response = await fetch(address("health"), { cache: "no-store" });
     return (await response.json()) as Health;
   },
   state: () => json<Snapshot>("GET", `${v1}/state`),
@@ -77,7 +82,7 @@ export const api = {
   demos: () => json<{ demos: DemoInfo[] }>("GET", `${v1}/demos`).then((r) => r.demos),
   remove_demo: (id: string) => json<void>("DELETE", `${v1}/demos/${id_of(id)}`),
   demo_picture: (id: string, keyframe: number, camera: string) =>
-    `${v1}/demos/${id_of(id)}/picture?keyframe=${keyframe}&camera=${id_of(camera)}`,
+    address(`${v1}/demos/${id_of(id)}/picture?keyframe=${keyframe}&camera=${id_of(camera)}`),
   train: () => json<TrainReport>("GET", `${v1}/train`),
   train_start: (options: TrainOptions) => json<unknown>("POST", `${v1}/train`, { action: "start", ...options }),
   train_stop: () => json<unknown>("POST", `${v1}/train`, { action: "stop" }),

@@ -1,5 +1,5 @@
 // One WebSocket for everything that changes. Lost: the page says so and comes back by itself, waiting 0.5 s to 8 s.
-import { api } from "./api";
+import { address, api } from "./api";
 import { store } from "./store";
 import type { ServerEvent } from "./types";
 
@@ -30,8 +30,7 @@ export class Events {
   }
 
   private open(): void {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/api/v1/events`);
+    const socket = new WebSocket(address("api/v1/events").replace(/^http/, "ws"));
     socket.onopen = () => {
       this.wait_ms = first_wait_ms;
       store.set({ connection: "live", retry_at: 0 });

@@ -1,6 +1,6 @@
 // The live picture: one MJPEG stream, MuJoCo's mouse bindings, cameras and overlays under it.
 import { act, close_trace, report } from "./actions";
-import { api, type CameraDrag } from "./api";
+import { address, api, type CameraDrag } from "./api";
 import { fill, h, set_text, show_if } from "./dom";
 import { LatestCall } from "./latest";
 import { take_pointer, watch_picture } from "./picture_tools";
@@ -55,7 +55,7 @@ function stream_picture(): HTMLImageElement {
   let timer = 0;
   const start = () => {
     clearTimeout(timer);
-    picture.src = `/stream?view=${view_id}&attempt=${++attempt}`;
+    picture.src = address(`stream?view=${view_id}&attempt=${++attempt}`);
   };
   picture.addEventListener("error", () => {
     clearTimeout(timer);

@@ -1,6 +1,6 @@
 // Export: figures and films for papers and reports; what, how large, and the finished file.
 import { act, job_over } from "../actions";
-import { api, type ExportOptions } from "../api";
+import { address, api, type ExportOptions } from "../api";
 import { field, fill, h, number_input, read_number, set_options, set_text } from "../dom";
 import { job_view } from "../job_view";
 import { store } from "../store";
@@ -17,15 +17,15 @@ function film(url: string): HTMLVideoElement {
 }
 
 function finished(job: Job): Node | string {
-  const url = job.result?.url;
-  if (!url) return "Done.";
+  if (!job.result?.url) return "Done.";
+  const url = address(job.result.url);
   const name = url.split("/").pop() ?? "file";
   const preview = url.includes(".ply") ? null : url.includes(".mp4")
     ? film(url)
     : h("img", { class: "preview", src: url, alt: "the exported picture", "data-testid": "export-image" });
   return h("div", { class: "export-result" }, preview,
     h("p", {}, h("a", { href: url, download: name, "data-testid": "export-link" }, `Save ${name}`),
-      job.result?.path ? h("span", { class: "quiet mono" }, job.result.path) : null));
+      job.result.path ? h("span", { class: "quiet mono" }, job.result.path) : null));
 }
 
 export function export_panel(): HTMLElement {
