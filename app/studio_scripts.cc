@@ -90,7 +90,9 @@ std::string Studio::run_script(const web::ScriptRequest& request) {
         s.message = report.reason;
       else
         s.message = id.empty() ? "the task succeeded" : "saved " + id;
-      if (!id.empty()) s.state = "done";  // a cancellation that comes now comes too late
+      if (id.empty()) return;
+      s.state = "done";  // a cancellation that comes now comes too late
+      s.progress = 1;
     });
   });
 }
