@@ -2,6 +2,7 @@
 sockets, a minute."""
 
 import multiprocessing
+import os
 import time
 
 import harness
@@ -99,8 +100,12 @@ def attack(program, long):
         late = percentile(took, 0.99)
         check(not refused, f"none of {len(took)} calls is refused {refused[:3]}")
         usual = percentile(idle, 0.99)
-        check(late < max(100, 0 if long else 10 * usual),  # a machine with other work is slow without a siege, too
-              f"the 99th percentile of others' calls is {late:.1f} ms (without the siege {usual:.1f} ms; {siege.came} sockets came)")
+        said = f"(without the siege {usual:.1f} ms; {siege.came} sockets came)"
+        load = os.getloadavg()[0] / os.cpu_count()
+        if long or load < 2:
+            check(late < 100, f"the 99th percentile of others' calls is {late:.1f} ms {said}")
+        else:  # every process waits for its turn: the slowest of a few calls says nothing about the server
+            check(harness.median(took) < 100 * load, f"the median of others' calls is {harness.median(took):.1f} ms on a busy machine {said}")
         check(server.call("GET", "/health")[0] == 200, "the server goes on")
     kept.close()
 
