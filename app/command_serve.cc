@@ -104,6 +104,7 @@ void add_serve_command(CLI::App& root, Context& context) {
   command->add_option("--port", call->server.port, "Port to listen on; 0 takes a free one")
       ->capture_default_str();
   add_data_option(*command, context);
+  add_egl_option(*command, context);
   CLI::Option* task = command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
   add_scene_options(*command, call->scene)->excludes(task);
   command->add_option("--policy", call->studio.policy, "Trained policy to predict with");
