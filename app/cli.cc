@@ -5,6 +5,7 @@
 #include <cctype>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -13,6 +14,8 @@
 #include "policy/policy.h"
 #include "recorder/demo_store.h"
 #include "recorder/script.h"
+#include "render/egl_device.h"
+#include "render/renderer.h"
 
 namespace flowscope::app {
 namespace {
@@ -57,8 +60,16 @@ int fail(int code, const std::string& message, bool json) {
   return code;
 }
 
+/// Before any thread is there, and before a command has done half of its work.
+void choose_egl_device(const Context& context) {
+  if (!context.draws) return;
+  if (!context.egl_device.empty()) ::setenv(egl_device_variable, context.egl_device.c_str(), 1);
+  if (chosen_egl_device()) probe_egl();
+}
+
 int run_body(const Context& context) {
   try {
+    choose_egl_device(context);
     return context.body();
   } catch (const UsageError& error) {
     return fail(2, error.what(), context.json);
@@ -67,6 +78,8 @@ int run_body(const Context& context) {
   } catch (const BadDemo& error) {
     return fail(2, error.what(), context.json);
   } catch (const BadCheckpoint& error) {
+    return fail(2, error.what(), context.json);
+  } catch (const BadEglDevice& error) {
     return fail(2, error.what(), context.json);
   } catch (const std::exception& error) {
     return fail(1, error.what(), context.json);
@@ -83,6 +96,15 @@ CLI::Option* add_data_option(CLI::App& command, Context& context) {
   return command.add_option("--data", context.data, "Folder of demonstrations, policies, traces and exports")
       ->type_name("DIR")
       ->capture_default_str();
+}
+
+void add_egl_option(CLI::App& command, Context& context) {
+  command
+      .add_option("--egl-device", context.egl_device,
+                  "Number of the EGL device that draws (flowscope doctor lists them); by default that of "
+                  "MUJOCO_EGL_DEVICE_ID or EGL_DEVICE_ID, else the first that can")
+      ->type_name("N");
+  command.parse_complete_callback([&context] { context.draws = true; });
 }
 
 const std::filesystem::path& existing_data(const Context& context) {

@@ -25,12 +25,16 @@ class UsageError : public std::runtime_error {
 struct Context {
   bool json = false;                              ///< --json was given
   std::filesystem::path data = "flowscope-data";  ///< --data
+  std::string egl_device;                         ///< --egl-device, as given
+  bool draws = false;                             ///< the chosen command takes --egl-device
   std::function<int()> body;                      ///< set by the chosen command; returns the exit code
 };
 
 /// --json and --data DIR, worded the same in every command that has them.
 CLI::Option* add_json_option(CLI::App& command, Context& context);
 CLI::Option* add_data_option(CLI::App& command, Context& context);
+/// --egl-device N, for every command that draws; a device that is not there is a wrong call.
+void add_egl_option(CLI::App& command, Context& context);
 /// --data of a command that only reads: looking at a mistyped folder must not create it. Throws UsageError.
 const std::filesystem::path& existing_data(const Context& context);
 /// Runs `body` after the whole call has been read; what it throws becomes an exit code and a message.

@@ -152,6 +152,7 @@ void add_ablate_command(CLI::App& root, Context& context) {
       ->capture_default_str();
   command->add_flag("--list", call->list, "Only print the cells and how far each is");
   add_json_option(*command, context);
+  add_egl_option(*command, context);
   set_body(*command, context, [call, &context] { return ablate(*call, context); });
 }
 

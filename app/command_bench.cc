@@ -72,6 +72,7 @@ void add_bench_command(CLI::App& root, Context& context) {
       ->check(
           CLI::IsMember({"stream", "scan", "infer", "tokens", "points", "train", "record", "ik", "plan"}));
   add_json_option(*command, context);
+  add_egl_option(*command, context);
   set_body(*command, context, [names, &context] { return bench(*names, context); });
 }
 

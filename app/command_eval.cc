@@ -107,6 +107,7 @@ void add_eval_command(CLI::App& root, Context& context) {
   command->add_option("--workers", options->workers, "Threads; successes do not depend on them, times do")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  add_egl_option(*command, context);
   CLI::Option* json = add_json_option(*command, context);
   command->add_flag("--markdown", *markdown, "Print a Markdown table")->excludes(json);
   set_body(*command, context, [options, markdown, &context] { return eval(*options, *markdown, context); });

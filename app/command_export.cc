@@ -176,6 +176,7 @@ void add_kind(CLI::App& parent, Context& context, const std::string& kind, const
         ->capture_default_str();
   }
   add_json_option(*command, context);
+  add_egl_option(*command, context);
   set_body(*command, context, [call, kind, &context] {
     try {
       return export_file(*call, kind, context);

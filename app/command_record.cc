@@ -206,6 +206,7 @@ void add_record_command(CLI::App& root, Context& context) {
       "With --json: every success term with its value at every frame, also of runs that failed");
   add_data_option(*command, context);
   add_json_option(*command, context);
+  add_egl_option(*command, context);
   set_body(*command, context, [call, &context] { return record(*call, context); });
 }
 

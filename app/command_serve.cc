@@ -128,6 +128,7 @@ void add_serve_command(CLI::App& root, Context& context) {
   auto call = std::make_shared<ServeCall>();
   add_server_options(*command, call->server, call->limits);
   add_data_option(*command, context);
+  add_egl_option(*command, context);
   CLI::Option* task = command->add_option("--task", call->studio.task, "Task to open")->capture_default_str();
   add_scene_options(*command, call->scene)->excludes(task);
   command->add_option("--policy", call->studio.policy, "Trained policy to predict with");

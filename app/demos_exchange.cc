@@ -126,6 +126,7 @@ void add_demos_exchange(CLI::App& demos, Context& context) {
   out->add_flag("--all-variations", call->all_variations,
                 "RLBench: one folder all_variations, as PerAct reads it, instead of one for each");
   add_demo_scene_options(*out, call->scenes);
+  add_egl_option(*out, context);
   set_body(*out, context, [call, &context] { return export_chosen(*call, context); });
 
   CLI::App* in =

@@ -159,6 +159,7 @@ void add_demos_render(CLI::App& demos, Context& context) {
       "Depth beside each picture: 16-bit PNG, millimetres along the camera's axis, 0 for no hit");
   add_orbit_options(*command, *call);
   add_demo_scene_options(*command, call->scenes);
+  add_egl_option(*command, context);
   set_body(*command, context, [call, &context] { return render(*call, context); });
 }
 

@@ -108,6 +108,7 @@ void add_demos_trim(CLI::App& demos, Context& context) {
   add_which_option(*command, call->which);
   command->add_flag("--dry-run", call->dry_run, "Only say what would be cut");
   add_demo_scene_options(*command, call->scenes);
+  add_egl_option(*command, context);
   set_body(*command, context, [call, &context] { return trim(*call, context); });
 }
 

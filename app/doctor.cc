@@ -5,13 +5,17 @@
 #include <torch/csrc/api/include/torch/version.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/version.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
+#include "app/doctor_limits.h"
 #include "recorder/task.h"
+#include "render/egl_device.h"
 #include "render/renderer.h"
 
 namespace flowscope::app {
@@ -29,17 +33,32 @@ std::string gigabytes(double bytes) {
   return text.str();
 }
 
+/// The device that is taken, and all others with what renders on each.
 DoctorCheck check_egl() {
+  DoctorCheck check{"egl", true, "", ""};
+  for (const EglDevice& device : egl_devices()) check.all.push_back(describe(device));
   try {
     const EglInfo info = probe_egl();
-    DoctorCheck check{"egl", true, info.platform + ": " + info.renderer + ", OpenGL " + info.version, ""};
+    check.found = info.platform + ": " + info.renderer + ", OpenGL " + info.version;
     if (info.renderer.find("llvmpipe") != std::string::npos) {
       check.advice = "drawn by the processor; with a GPU's driver and access to /dev/dri it is much faster";
     }
-    return check;
+  } catch (const BadEglDevice& error) {
+    check.ok = false;
+    check.found = error.what();
+    check.found.erase(std::min(check.found.find("; there are"), check.found.size()));
+    check.advice = "choose one of these with --egl-device, or unset the variable";
+  } catch (const std::system_error& error) {
+    check.ok = false;
+    check.found = error.what();
+    check.advice = "see open files";
   } catch (const std::exception& error) {
-    return {"egl", false, error.what(), "apt-get install libegl1 libgl1-mesa-dri"};
+    check.ok = false;
+    check.found = error.what();
+    check.found.erase(std::min(check.found.find("; tried:"), check.found.size()));
+    check.advice = "apt-get install libegl1 libgl1-mesa-dri";
   }
+  return check;
 }
 
 DoctorCheck check_simulator() {
@@ -161,9 +180,11 @@ DoctorCheck check_disk(const std::filesystem::path& data) {
 
 }  // namespace
 
-std::vector<DoctorCheck> examine_machine(const std::filesystem::path& data) {
-  return {check_egl(),  check_simulator(), check_libraries(), check_assets(),   check_threads(),
-          check_blas(), check_memory(),    check_ffmpeg(),    check_data(data), check_disk(data)};
+std::vector<DoctorCheck> examine_machine(const DoctorCall& call) {
+  return {check_egl(),           check_simulator(),     check_libraries(),
+          check_assets(),        check_threads(),       check_blas(),
+          check_memory(),        check_descriptors(),   check_ffmpeg(),
+          check_data(call.data), check_disk(call.data), check_port(call.host, call.port, call.port_asked)};
 }
 
 }  // namespace flowscope::app

@@ -4,13 +4,18 @@
 #include <EGL/eglext.h>
 
 #include <array>
+#include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "render/descriptors.h"
+#include "render/egl_device.h"
 
 namespace flowscope {
 
@@ -43,19 +48,24 @@ bool client_has(const char* extension) {
   return all != nullptr && std::strstr(all, extension) != nullptr;
 }
 
+std::vector<EGLDeviceEXT> devices() {
+  const auto query_devices = load<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+  std::array<EGLDeviceEXT, 32> found{};
+  EGLint count = 0;
+  if (query_devices == nullptr || !client_has("EGL_EXT_platform_device") ||
+      query_devices(static_cast<EGLint>(found.size()), found.data(), &count) != EGL_TRUE) {
+    return {};
+  }
+  return {found.begin(), found.begin() + count};
+}
+
 std::vector<Candidate> candidates() {
   std::vector<Candidate> found;
   const auto platform_display = load<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
-  const auto query_devices = load<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
-  if (platform_display != nullptr && query_devices != nullptr && client_has("EGL_EXT_platform_device")) {
-    std::array<EGLDeviceEXT, 32> devices{};
-    EGLint count = 0;
-    if (query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE) {
-      for (EGLint i = 0; i < count; ++i) {
-        found.push_back(
-            {"device " + std::to_string(i),
-             platform_display(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr)});
-      }
+  if (platform_display != nullptr) {
+    for (const EGLDeviceEXT device : devices()) {
+      found.push_back({"device " + std::to_string(found.size()),
+                       platform_display(EGL_PLATFORM_DEVICE_EXT, device, nullptr)});
     }
   }
   if (platform_display != nullptr && client_has("EGL_MESA_platform_surfaceless")) {
@@ -110,9 +120,12 @@ std::string open(const Candidate& candidate, OpenContext& out) {
 
 constexpr int descriptors_of_a_driver = 32;
 
-OpenContext open_first() {
+OpenContext open_chosen_or_first() {
+  std::vector<Candidate> all = candidates();
+  const std::optional<int> chosen = chosen_egl_device();
+  if (chosen) all = {all.at(static_cast<std::size_t>(*chosen))};  // devices come first
   std::string tried;
-  for (const Candidate& candidate : candidates()) {
+  for (const Candidate& candidate : all) {
     OpenContext opened;
     const std::string problem = open(candidate, opened);
     if (problem.empty()) return opened;
@@ -125,13 +138,71 @@ OpenContext open_first() {
         " are allowed (ulimit -n 1024 allows more)");
   }
   throw std::runtime_error(
-      "no EGL device can draw (install libegl1 and libgl1-mesa-dri, or a GPU driver); tried:" + tried);
+      (chosen ? "the chosen EGL device cannot draw (flowscope doctor lists all)"
+              : "no EGL device can draw (install libegl1 and libgl1-mesa-dri, or a GPU driver)") +
+      std::string("; tried:") + tried);
+}
+
+void on_a_thread_of_its_own(const std::function<void()>& work) {
+  std::exception_ptr failure;
+  std::jthread([&] {
+    try {
+      work();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  }).join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+std::string list_of_devices() {
+  std::string list;
+  for (const EglDevice& device : egl_devices()) {
+    if (device.name.starts_with("device ")) list += "\n  " + describe(device);
+  }
+  return list.empty() ? " none" : list;
 }
 
 }  // namespace
 
+std::optional<int> chosen_egl_device() {
+  for (const char* variable : {egl_device_variable, "MUJOCO_EGL_DEVICE_ID", "EGL_DEVICE_ID"}) {
+    const char* value = std::getenv(variable);
+    if (value == nullptr || *value == '\0') continue;
+    const std::string_view text = value;
+    int number = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const auto count = static_cast<int>(devices().size());
+    if (error == std::errc() && end == text.data() + text.size() && number >= 0 && number < count)
+      return number;
+    throw BadEglDevice("EGL device '" + std::string(text.substr(0, 40)) + "' (" + variable +
+                       ") is not there; there are:" + list_of_devices());
+  }
+  return std::nullopt;
+}
+
+std::vector<EglDevice> egl_devices() {
+  std::vector<EglDevice> list;
+  for (const Candidate& candidate : candidates()) {
+    on_a_thread_of_its_own([&] {
+      OpenContext opened;
+      const std::string problem = open(candidate, opened);
+      list.push_back({candidate.platform, "", problem});
+      if (!problem.empty()) return;
+      list.back().renderer = opened.info.renderer + ", OpenGL " + opened.info.version;
+      eglMakeCurrent(opened.display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+      eglDestroyContext(opened.display, opened.context);
+    });
+  }
+  return list;
+}
+
+std::string describe(const EglDevice& device) {
+  return device.name + ": " + (device.problem.empty() ? device.renderer : "cannot draw: " + device.problem);
+}
+
 EglContext::EglContext() {
-  OpenContext opened = open_first();
+  OpenContext opened = open_chosen_or_first();
   display_ = opened.display;
   context_ = opened.context;
   info_ = std::move(opened.info);
@@ -158,15 +229,7 @@ void EglContext::make_current() {
 
 EglInfo probe_egl() {
   EglInfo info;
-  std::exception_ptr failure;
-  std::jthread([&] {
-    try {
-      info = EglContext().info();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-  }).join();
-  if (failure) std::rethrow_exception(failure);
+  on_a_thread_of_its_own([&] { info = EglContext().info(); });
   return info;
 }
 

@@ -7,12 +7,14 @@
 
 namespace flowscope {
 
-/// Desktop OpenGL without a window or a surface: the caller draws into framebuffer objects. Tried in this
-/// order: every EGL device, Mesa's surfaceless platform, the default display. Created, used and destroyed on
-/// one thread; several contexts may live on one thread, each user calls make_current() first.
+/// Desktop OpenGL without a window or a surface: the caller draws into framebuffer objects. The device that
+/// the environment chooses (egl_device.h), else the first that works of: every EGL device, Mesa's surfaceless
+/// platform, the default display. Created, used and destroyed on one thread; several contexts may live on one
+/// thread, each user calls make_current() first.
 class EglContext {
  public:
-  /// Leaves the new context current. Throws std::runtime_error that lists what was tried and why it failed.
+  /// Leaves the new context current. Throws BadEglDevice, std::system_error when no file descriptor is left,
+  /// or std::runtime_error that lists what was tried and why it failed.
   EglContext();
   ~EglContext();
   EglContext(const EglContext&) = delete;
