@@ -1,16 +1,14 @@
 // flowscope export: figures, films and clouds of a demonstration or of a flow trace, without a server.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 
 #include "app/cli.h"
 #include "app/commands.h"
 #include "app/detector_overlay.h"
 #include "app/export_media.h"
-#include "app/scene_input.h"
+#include "app/trace_file.h"
 #include "app/trace_overlay.h"
 #include "recorder/demo_store.h"
 #include "web/wire.h"
@@ -34,48 +32,13 @@ struct Subject {
   std::optional<Demo> demo;
 };
 
-/// A trace file holds numbers, not the world: its scene is the demonstration's at the keyframe, or a reset of
-/// its seed.
-SceneState scene_of(const TaskLibrary& tasks, const DemoStore& store, const FlowTrace& trace) {
-  if (trace.scene.demo) {
-    const Demo demo = store.load(*trace.scene.demo);
-    const int k = trace.scene.keyframe.value_or(0);
-    const int frame = k == 0 ? 0 : demo.keyframes.at(k - 1).frame;
-    return demo.frames.at(frame).state;
-  }
-  if (trace.scene.keyframe.value_or(0) > 0) {
-    throw UsageError(
-        "--trace: this prediction was made in the middle of a live episode; export it from the page");
-  }
-  World world(tasks.get(trace.scene.task));
-  world.reset(trace.scene.variation, trace.scene.seed);
-  return world.state();
-}
-
-std::vector<FlowTrace> read_traces(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw UsageError("--trace " + file.string() + ": cannot be read");
-  std::stringstream text;
-  text << in.rdbuf();
-  std::vector<FlowTrace> traces;
-  try {
-    const auto json = web::wire::Json::parse(text.str());
-    if (!json.is_array()) return {web::wire::trace_from_json(json)};
-    for (const auto& one : json) traces.push_back(web::wire::trace_from_json(one));
-  } catch (const std::exception& error) {
-    throw UsageError(file.string() + ": " + error.what());
-  }
-  if (traces.empty()) throw UsageError(file.string() + ": holds no trace");
-  return traces;
-}
-
 Subject subject_of(const ExportCall& call, const TaskLibrary& tasks, const DemoStore& store) {
   if (call.demo.empty() == call.trace.empty())
     throw UsageError("--demo or --trace says what to draw (one of them)");
   Subject subject;
   if (!call.trace.empty()) {
-    subject.traces = read_traces(call.trace);
-    subject.state = scene_of(tasks, store, subject.traces.front());
+    subject.traces = read_trace_file(call.trace);
+    subject.state = scene_of_trace(tasks, store, subject.traces.front(), call.trace);
     find_points_inside(tasks, subject.state, subject.traces.front());
     return subject;
   }

@@ -16,8 +16,9 @@ namespace flowscope::web::wire {
 using Json = nlohmann::ordered_json;
 
 Json to_json(const FlowTrace& trace, bool with_weights = false);
-/// Inverse of to_json for a trace file. Throws ApiError 400 naming the key.
-FlowTrace trace_from_json(const Json& json);
+/// Inverse of to_json for a trace file, which is foreign input: refuses what no prediction can be. Throws
+/// ApiError 400 whose `where` is the place, behind `place` when the trace lies inside of another document.
+FlowTrace trace_from_json(const Json& json, const std::string& place = {});
 Json to_json(const DemoInfo& info);
 Json demo_detail(const Demo& demo);  ///< info, instructions, keyframes with poses; no pixels, no states
 Json to_json(const TaskEntry& task);

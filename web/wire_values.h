@@ -7,6 +7,8 @@
 
 namespace flowscope::web::wire {
 
+inline constexpr const char* trace_format = "flowscope-trace/1";
+
 template <typename Vector>
 Json vector(const Vector& v) {
   Json json = Json::array();
