@@ -1,5 +1,7 @@
 #include "app/job_board.h"
 
+#include "render/new_file.h"
+
 namespace flowscope {
 
 using web::ApiError;
@@ -59,7 +61,7 @@ std::string JobBoard::start(const std::string& kind, std::function<void(Handle&)
     } catch (const std::exception& error) {
       handle.update([&](JobStatus& s) {
         s.state = stop.stop_requested() ? "cancelled" : "failed";
-        s.error_code = "failed";
+        s.error_code = is_full_disk(error) ? "disk_full" : "failed";
         s.error = error.what();
       });
     }

@@ -126,9 +126,10 @@ std::string DemoStore::restore(const std::string& id_or_name) const {
 
 void DemoStore::replace(const std::string& id, const Demo& demo) const {
   if (!std::filesystem::exists(path(id))) throw_unknown(path(id));
-  const Bytes bytes = encode_demo(demo);
+  NewFile file(path(id));
+  file.write(encode_demo(demo));
   bin().put_copy(path(id));
-  write_file_atomically(path(id), bytes);
+  file.commit();
 }
 
 std::string DemoStore::adopt(const Bytes& bytes, const std::string& wanted_id) const {

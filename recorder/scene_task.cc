@@ -1,17 +1,15 @@
 #include "recorder/scene_task.h"
 
 #include <mujoco/mujoco.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
 #include "recorder/motion/kinematics.h"
 #include "recorder/scene_edit.h"
+#include "recorder/scene_facts.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"
 #include "recorder/world_robot.h"
@@ -114,20 +112,6 @@ std::string root_element(const std::string& text) {
   return at == std::string::npos ? "" : text.substr(at + 1, text.find_first_of(" \t\r\n/>", at) - at - 1);
 }
 
-/// The model compiled last, as MJCF.
-std::string saved_xml(const mjModel* model) {
-  std::string file = (std::filesystem::temp_directory_path() / "flowscope-scene-XXXXXX").string();
-  const int handle = ::mkstemp(file.data());
-  if (handle < 0) throw std::runtime_error("no temporary file " + file);
-  ::close(handle);
-  std::array<char, 1000> error{};
-  const bool saved = mj_saveLastXML(file.c_str(), model, error.data(), static_cast<int>(error.size())) != 0;
-  const std::string xml = saved ? read_text(file) : "";
-  std::filesystem::remove(file);
-  if (!saved) throw std::runtime_error(std::string("can not be written as MJCF: ") + error.data());
-  return xml;
-}
-
 std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::path& assets) {
   RobotDescription robot = find_robot(call.robot, assets);
   SceneFiles files(assets);
@@ -147,7 +131,8 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   } else {
     raw = files.compile(call.scene);
   }
-  const std::string completed = completed_scene(saved_xml(raw.get()), raw.get(), table.get(), robot);
+  const std::string completed =
+      completed_scene(mjcf_of_last_loaded(raw.get()), raw.get(), table.get(), robot);
   // Under a name beside the scene, so that its meshes are found.
   const auto place = call.scene.parent_path() / "flowscope-completed.xml";
   files.add(place.filename().string(), completed);

@@ -64,6 +64,8 @@ wire::Json body_json(const Request& request);
 Response json_response(const wire::Json& json, int status = 200);
 Response no_content();
 Response error_response(const ApiError& error);
+/// 507 when a file did not fit on the disk, else 500; `where` names the route.
+Response failure_response(const std::exception& error, const std::string& where);
 Response picture_response(const std::vector<std::uint8_t>& bytes, const std::string& content_type);
 
 /// `bytes=first-last` of a file; the whole file without a range. 416 when the range lies outside.

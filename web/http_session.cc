@@ -203,7 +203,7 @@ void HttpSession::run(const Route& route, Request request) {
     } catch (const ApiError& error) {
       response = error_response(error);
     } catch (const std::exception& error) {
-      response = error_response(ApiError(500, "internal", error.what(), route.method + " " + route.pattern));
+      response = failure_response(error, route.method + " " + route.pattern);
     } catch (...) {
       response =
           error_response(ApiError(500, "internal", "an unknown failure", route.method + " " + route.pattern));
