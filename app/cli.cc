@@ -1,14 +1,19 @@
 #include "app/cli.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <system_error>
 
 #include "app/commands.h"
 #include "policy/policy.h"
@@ -60,6 +65,19 @@ int fail(int code, const std::string& message, bool json) {
   return code;
 }
 
+/// Standard output may be a file on a full disk: what was printed there has to arrive. A reader that has
+/// gone away has had enough of it.
+void require_printed() {
+  std::cout.flush();
+  const bool flushed = std::fflush(stdout) == 0;
+  const int error = errno;
+  if (flushed && std::ferror(stdout) == 0 && std::cout.good()) return;
+  pollfd out{STDOUT_FILENO, 0, 0};
+  if (error == EPIPE || (::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0)) return;
+  std::cout.clear();
+  throw std::system_error(flushed ? EIO : error, std::generic_category(), "cannot write standard output");
+}
+
 /// Before any thread is there, and before a command has done half of its work.
 void choose_egl_device(const Context& context) {
   if (!context.draws) return;
@@ -70,7 +88,9 @@ void choose_egl_device(const Context& context) {
 int run_body(const Context& context) {
   try {
     choose_egl_device(context);
-    return context.body();
+    const int code = context.body();
+    require_printed();
+    return code;
   } catch (const UsageError& error) {
     return fail(2, error.what(), context.json);
   } catch (const BadScript& error) {
@@ -125,6 +145,7 @@ void print_json(const nlohmann::ordered_json& document) {
 int run_cli(int argc, const char* const* argv) {
   // A reader that goes away is an error of a write, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // so is a file that grows above `ulimit -f`
   Context context;
   CLI::App root("flowscope: a headless debugger for flow-matching manipulation policies", "flowscope");
   root.require_subcommand(1);

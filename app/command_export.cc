@@ -11,6 +11,7 @@
 #include "app/trace_file.h"
 #include "app/trace_overlay.h"
 #include "recorder/demo_store.h"
+#include "render/new_file.h"
 #include "web/wire.h"
 
 namespace flowscope::app {
@@ -78,6 +79,7 @@ int export_file(const ExportCall& call, const std::string& kind, const Context& 
   view.height = call.height;
   view.detectors = call.detectors;
   const Subject what = subject_of(call, tasks, store);
+  remove_stale_temporaries(call.out.parent_path());
   const Progress quiet = [](double) {};
   if (kind == "png") {
     Overlay overlay = overlay_at(what.traces, call.step);

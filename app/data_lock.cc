@@ -11,6 +11,8 @@ FileLock lock_data(const std::filesystem::path& data, const std::string& command
   for (const char* folder : {"demos", "bin"}) {
     remove_stale_temporaries(data / folder, std::chrono::seconds(0));
   }
+  // Here exports and trainings may write that hold no lock of this folder: only what is old is nobody's.
+  for (const char* folder : {"traces", "exports", "policies"}) remove_stale_temporaries(data / folder);
   return lock;
 }
 

@@ -10,6 +10,7 @@
 #include "recorder/demo_header.h"
 #include "render/depth_png.h"
 #include "render/encode.h"
+#include "render/new_file.h"
 #include "render/renderer.h"
 
 namespace flowscope::app {
@@ -63,8 +64,30 @@ std::string numbered(const char* what, int frame) {
   return name;
 }
 
+/// The pictures of one call: without keep() those that were written go again.
+class Pictures {
+ public:
+  explicit Pictures(const std::filesystem::path& folder) : made_(folder, folder) {}
+  ~Pictures() {
+    std::error_code ignored;
+    for (const auto& file : written_) std::filesystem::remove(file, ignored);
+  }
+  Pictures(const Pictures&) = delete;
+  Pictures& operator=(const Pictures&) = delete;
+  void add(const std::filesystem::path& file) { written_.push_back(file); }
+  void keep() {
+    made_.keep();
+    written_.clear();
+  }
+
+ private:
+  NewFolders made_;
+  std::vector<std::filesystem::path> written_;
+};
+
 /// Writes the pictures of one frame and tells where they are.
-Json write_frame(const RenderCall& call, Renderer& renderer, const SceneState& state, int frame) {
+Json write_frame(const RenderCall& call, Renderer& renderer, const SceneState& state, int frame,
+                 Pictures& pictures) {
   const CameraModel camera = camera_of(call, renderer, state);
   const auto picture = call.out / numbered("frame", frame);
   Json entry{{"frame", frame}, {"picture", picture.string()}};
@@ -72,10 +95,13 @@ Json write_frame(const RenderCall& call, Renderer& renderer, const SceneState& s
     const View view = renderer.observe(state, camera);
     const auto depth = call.out / numbered("depth", frame);
     write_png(picture, view.rgb);
+    pictures.add(picture);
     write_depth_png(depth, view.depth);
+    pictures.add(depth);
     entry["depth"] = depth.string();
   } else {
     write_png(picture, renderer.draw(state, camera));
+    pictures.add(picture);
   }
   entry["camera"] = Json::parse(to_json_text(camera));
   entry["camera"]["name"] = camera.name;
@@ -99,17 +125,23 @@ int render(RenderCall call, const Context& context) {
   {
     Progress progress("frame", static_cast<int>(frames.size()));
     std::optional<Mp4Writer> film;
-    if (is_film(call)) film.emplace(call.out, call.width, call.height, kFramesPerSecond);
+    std::optional<Pictures> pictures;
+    if (is_film(call)) {
+      film.emplace(call.out, call.width, call.height, kFramesPerSecond);
+    } else {
+      pictures.emplace(call.out);
+    }
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const SceneState& state = demo.frames[static_cast<std::size_t>(frames[i])].state;
       if (film) {
         film->add(renderer.draw(state, camera_of(call, renderer, state)));
       } else {
-        files.push_back(write_frame(call, renderer, state, frames[i]));
+        files.push_back(write_frame(call, renderer, state, frames[i], *pictures));
       }
       progress.report(static_cast<int>(i) + 1, "frame " + std::to_string(frames[i]));
     }
     if (film) film->finish();
+    if (pictures) pictures->keep();
   }
   if (context.json) {
     print_json({{"id", call.id}, {"out", call.out.string()}, {"frames", frames.size()}, {"files", files}});

@@ -65,6 +65,7 @@ void export_demos(const DemoStore& store, const std::vector<std::string>& ids, c
                   const ExchangeProgress& progress) {
   const bool rlbench = plan.format == ExchangeFormat::rlbench;
   ExportScenes scenes(plan.scenes, {plan.every_frame, rlbench});
+  remove_stale_temporaries(rlbench ? plan.target : plan.target.parent_path());
   if (rlbench) {
     for_each_demo(store, ids, progress, [&](const Demo& demo) {
       write_rlbench_episode(plan.target, demo, scenes.source_for(demo),
@@ -73,24 +74,22 @@ void export_demos(const DemoStore& store, const std::vector<std::string>& ids, c
     });
     return;
   }
-  NewFile file(plan.target);
+  const auto is_whole = [&](const std::filesystem::path& file) { read_all(open_shelf(plan.format, file)); };
   if (plan.format == ExchangeFormat::hdf5) {
-    RobomimicWriter writer(file.temporary());
+    RobomimicWriter writer(plan.target);
     for_each_demo(store, ids, progress, [&](const Demo& demo) {
       writer.add(demo, scenes.source_for(demo));
       return scenes.left_out();
     });
-    writer.finish();
+    writer.finish(is_whole);
   } else {
-    NpzDemoWriter writer(file.temporary());
+    NpzDemoWriter writer(plan.target);
     for_each_demo(store, ids, progress, [&](const Demo& demo) {
       writer.add(demo);
       return std::string();
     });
-    writer.finish();
+    writer.finish(is_whole);
   }
-  read_all(open_shelf(plan.format, file.temporary()));
-  file.commit();
 }
 
 Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::filesystem::path& source,
@@ -125,7 +124,8 @@ Imported import_demos(const DemoStore& store, ExchangeFormat format, const std::
       }
     }
   } catch (...) {
-    for (const std::string& id : imported.ids) store.remove(id);
+    std::error_code ignored;  // nobody has seen them: not worth a place in the bin
+    for (const std::string& id : imported.ids) std::filesystem::remove(store.path(id), ignored);
     throw;
   }
   return imported;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "render/new_file.h"
+
 namespace flowscope {
 
 using web::ApiError;
@@ -126,7 +128,7 @@ void JobBoard::run(Job& job) {
   } catch (const ApiError& error) {
     failed(error.code, error.what(), error.where);
   } catch (const std::exception& error) {
-    failed("failed", error.what(), "");
+    failed(is_full_disk(error) ? "disk_full" : "failed", error.what(), "");
   }
 }
 

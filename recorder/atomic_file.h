@@ -1,29 +1,21 @@
-// Files that are either whole or absent.
+// Whole files in one call: bytes in memory onto the disk.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 
+#include "render/new_file.h"
+
 namespace flowscope {
 
-/// Writes beside `path` under a temporary name, fsyncs, renames over it, fsyncs the folder. On any failure
-/// the temporary is removed, what was under `path` stays, and std::system_error names the path and the cause
-/// (disk full, …).
+/// Over what was there. On any failure what was under `path` stays, nothing else is left, and
+/// std::system_error names the path and the cause (disk full, …).
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
 /// The same, but never over an existing file: false when `path` was taken, even by another program at the
 /// same moment.
 [[nodiscard]] bool write_new_file_atomically(const std::filesystem::path& path,
                                              std::span<const std::uint8_t> bytes);
-
-/// Moves a file within one file system, never over an existing one: false when `to` was taken. Syncs both
-/// folders. Throws std::system_error that names both paths.
-[[nodiscard]] bool move_to_new_name(const std::filesystem::path& from, const std::filesystem::path& to);
-
-/// Removes temporaries that a killed program left in `folder` more than `age` ago. Never throws.
-void remove_stale_temporaries(const std::filesystem::path& folder,
-                              std::chrono::seconds age = std::chrono::hours(1)) noexcept;
 
 }  // namespace flowscope

@@ -144,8 +144,10 @@ void DemoStore::replace(const std::string& id, const Demo& demo) const {
   const Bytes bytes = encode_demo(demo);
   const std::lock_guard lock(*taking_in_);
   require_good(bytes, id);
+  NewFile file(path(id));
+  file.write(bytes);
   bin().put_copy(path(id));
-  write_file_atomically(path(id), bytes);
+  file.commit();
 }
 
 std::string DemoStore::adopt(const Bytes& bytes, const std::string& wanted_id) const {

@@ -1,14 +1,15 @@
 #include "recorder/scene_facts.h"
 
+#include <fcntl.h>
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <cerrno>
 #include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <utility>
 
 namespace flowscope {
 namespace {
@@ -18,21 +19,42 @@ int coordinates(int joint_type) {
   return joint_type == mjJNT_BALL ? 4 : 1;
 }
 
-/// A file of its own that goes again: MuJoCo writes its text nowhere else.
-class ScratchFile {
+/// MuJoCo writes its text into files only. This one is a pipe: it needs no room on a disk.
+class TextPipe {
  public:
-  ScratchFile() : path_((std::filesystem::temp_directory_path() / "flowscope-XXXXXX").string()) {
-    const int file = ::mkstemp(path_.data());
-    if (file < 0) throw std::runtime_error("cannot make " + path_);
-    ::close(file);
+  TextPipe() {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+      throw std::system_error(errno, std::generic_category(), "no pipe for a scene's text");
+    in_ = ends[1];
+    reader_ = std::thread([this, out = ends[0]] {
+      std::array<char, 1 << 16> part{};
+      for (ssize_t count = 1; count > 0 || (count < 0 && errno == EINTR);) {
+        count = ::read(out, part.data(), part.size());
+        if (count > 0) text_.append(part.data(), static_cast<std::size_t>(count));
+      }
+      ::close(out);
+    });
   }
-  ~ScratchFile() { ::unlink(path_.c_str()); }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  const std::string& path() const { return path_; }
+  ~TextPipe() { close(); }
+  TextPipe(const TextPipe&) = delete;
+  TextPipe& operator=(const TextPipe&) = delete;
+  std::string path() const { return "/proc/self/fd/" + std::to_string(in_); }
+  /// All that was written, once nobody else holds it open.
+  std::string text() {
+    close();
+    return std::move(text_);
+  }
 
  private:
-  std::string path_;
+  void close() {
+    if (in_ >= 0) ::close(std::exchange(in_, -1));
+    if (reader_.joinable()) reader_.join();
+  }
+
+  int in_ = -1;
+  std::string text_;
+  std::thread reader_;
 };
 
 }  // namespace
@@ -61,13 +83,12 @@ std::vector<double> object_state(const mjModel* model, const std::string& tool, 
 }
 
 std::string mjcf_of_last_loaded(const mjModel* model) {
-  const ScratchFile file;
+  TextPipe pipe;
   std::array<char, 1000> error{};
-  if (mj_saveLastXML(file.path().c_str(), model, error.data(), static_cast<int>(error.size())) == 0) {
+  if (mj_saveLastXML(pipe.path().c_str(), model, error.data(), static_cast<int>(error.size())) == 0) {
     throw std::runtime_error(std::string("the scene cannot be written as MJCF: ") + error.data());
   }
-  std::ifstream stream(file.path(), std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return pipe.text();
 }
 
 }  // namespace flowscope

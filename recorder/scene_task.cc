@@ -1,18 +1,16 @@
 #include "recorder/scene_task.h"
 
 #include <mujoco/mujoco.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 
 #include "recorder/frame_time.h"
 #include "recorder/instruction.h"
 #include "recorder/robot_check.h"
 #include "recorder/scene_edit.h"
+#include "recorder/scene_facts.h"
 #include "recorder/scene_files.h"
 #include "recorder/scene_origin.h"
 #include "recorder/scene_start.h"
@@ -128,20 +126,6 @@ std::string root_element(const std::string& text) {
   return at == std::string::npos ? "" : text.substr(at + 1, text.find_first_of(" \t\r\n/>", at) - at - 1);
 }
 
-/// The model compiled last, as MJCF.
-std::string saved_xml(const mjModel* model) {
-  std::string file = (std::filesystem::temp_directory_path() / "flowscope-scene-XXXXXX").string();
-  const int handle = ::mkstemp(file.data());
-  if (handle < 0) throw std::runtime_error("no temporary file " + file);
-  ::close(handle);
-  std::array<char, 1000> error{};
-  const bool saved = mj_saveLastXML(file.c_str(), model, error.data(), static_cast<int>(error.size())) != 0;
-  const std::string xml = saved ? read_text(file) : "";
-  std::filesystem::remove(file);
-  if (!saved) throw std::runtime_error(std::string("can not be written as MJCF: ") + error.data());
-  return xml;
-}
-
 /// A scene as its author wrote it, in MuJoCo's own words.
 struct RawScene {
   ModelPtr model;
@@ -160,7 +144,7 @@ RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
       throw std::runtime_error("too many files for one scene, or two are called " + name);
   }
   raw.model = files.compile(opened.text, raw.source);
-  raw.mjcf = dressed_urdf(saved_xml(raw.model.get()), opened.skins);
+  raw.mjcf = dressed_urdf(mjcf_of_last_loaded(raw.model.get()), opened.skins);
   raw.mimics = read_mimics(read_text(call.scene), call.scene);
   if (!raw.mimics.empty()) raw.mjcf = with_couplings(raw.mjcf, raw.model.get(), raw.mimics);
   // Its pictures and couplings are part of what it is.
@@ -171,7 +155,7 @@ RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
 RawScene read_mjcf(const SceneCall& call, SceneFiles& files) {
   RawScene raw;
   raw.model = files.compile(call.scene);
-  raw.mjcf = saved_xml(raw.model.get());
+  raw.mjcf = mjcf_of_last_loaded(raw.model.get());
   try {
     raw.source = files.source(call.scene);
   } catch (const SceneError&) {  // MuJoCo read it all the same

@@ -70,6 +70,25 @@ void check_leaf(const Colored& cloud, double leaf_m) {
                               " m");
 }
 
+/// What PCL returns is no proof: it calls a file of 0 bytes written.
+void require_same(const std::filesystem::path& file, const std::string& ending, const Colored& points) {
+  constexpr std::size_t least_bytes = 3 * sizeof(float) + 3;  // of one point: x y z and its colour
+  Colored there;
+  if (std::filesystem::file_size(file) > least_bytes * points.size()) {
+    if (ending == ".ply") {
+      pcl::PLYReader().read(file.string(), there);
+    } else {
+      pcl::PCDReader().read(file.string(), there);
+    }
+  }
+  const bool same =
+      std::equal(there.begin(), there.end(), points.begin(), points.end(),
+                 [](const pcl::PointXYZRGB& a, const pcl::PointXYZRGB& b) {
+                   return a.getVector3fMap() == b.getVector3fMap() && a.r == b.r && a.g == b.g && a.b == b.b;
+                 });
+  if (!same) throw std::runtime_error("PCL wrote another cloud");
+}
+
 }  // namespace
 
 PointCloud voxel_grid(const PointCloud& cloud, double leaf_m) {
@@ -96,12 +115,14 @@ void write_cloud(const std::filesystem::path& path, const PointCloud& cloud) {
   const Colored::Ptr points = to_pcl(cloud);
   if (points->empty()) throw std::invalid_argument("cloud: no finite point to write to " + path.string());
   NewFile file(path);
-  file.write({});  // says at once when the place cannot be written
-  const std::string name = file.temporary().string();
-  const int result = ending == ".ply"
-                         ? pcl::PLYWriter().write(name, *points, /*binary=*/true, /*use_camera=*/false)
-                         : pcl::PCDWriter().writeBinary(name, *points);
-  if (result != 0) throw std::runtime_error("cloud: PCL could not write " + path.string());
+  file.check([&](const std::filesystem::path& place) {
+    if (ending == ".ply") {
+      pcl::PLYWriter().write(place.string(), *points, /*binary=*/true, /*use_camera=*/false);
+    } else {
+      pcl::PCDWriter().writeBinary(place.string(), *points);
+    }
+    require_same(place, ending, *points);
+  });
   file.commit();
 }
 

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "render/encode.h"
+#include "render/mp4_boxes.h"
 #include "render/new_file.h"
 
 extern char** environ;
@@ -146,6 +147,7 @@ std::vector<std::string> arguments(int width, int height, double fps, const std:
   return {"ffmpeg",
           "-hide_banner",
           "-nostdin",
+          "-xerror",  // else a film without its end is no failure to it
           "-loglevel",
           "error",
           "-y",
@@ -203,10 +205,7 @@ struct Mp4Writer::Impl {
         file(path),
         ffmpeg(arguments(even(w), even(h), fps, file.temporary()), std::move(stop)) {}
 
-  [[noreturn]] void fail() {
-    throw std::runtime_error("MP4: ffmpeg could not write " + file.target().string() + ": " +
-                             ffmpeg.complaint());
-  }
+  [[noreturn]] void fail() { file.fail("ffmpeg says: " + ffmpeg.complaint()); }
 
   int width, height;
   int frames = 0;
@@ -239,6 +238,7 @@ void Mp4Writer::add(const ImageRgb& frame) {
 void Mp4Writer::finish() {
   if (impl_->frames == 0) throw std::runtime_error("MP4: no frames for " + impl_->file.target().string());
   if (!impl_->ffmpeg.wait()) impl_->fail();
+  impl_->file.check(require_whole_mp4);
   impl_->file.commit();
 }
 

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "render/new_file.h"
+
 namespace flowscope::web {
 
 namespace {
@@ -113,6 +115,11 @@ Response no_content() {
 Response error_response(const ApiError& error, const std::string& call) {
   const std::string& where = error.where.empty() ? call : error.where;
   return json_response(wire::error_json(error.code, error.what(), where), error.status);
+}
+
+Response failure_response(const std::exception& error, const std::string& where) {
+  if (is_full_disk(error)) return error_response(ApiError(507, "disk_full", error.what(), where));
+  return error_response(ApiError(500, "internal", error.what(), where));
 }
 
 Response picture_response(const std::vector<std::uint8_t>& bytes, const std::string& content_type) {

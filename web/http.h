@@ -66,6 +66,8 @@ Response json_response(const wire::Json& json, int status = 200);
 Response no_content();
 /// `call` stands for the place where the error names none.
 Response error_response(const ApiError& error, const std::string& call = {});
+/// 507 when a file did not fit on the disk, else 500; `call` names the route.
+Response failure_response(const std::exception& error, const std::string& call);
 Response picture_response(const std::vector<std::uint8_t>& bytes, const std::string& content_type);
 
 /// `bytes=first-last` of a file; the whole file without a range. 416 when the range lies outside.

@@ -258,7 +258,7 @@ void HttpSession::run(const Route& route, Request request) {
             } catch (const ApiError& error) {
               response = error_response(error, call);
             } catch (const std::exception& error) {
-              response = error_response(ApiError(500, "internal", error.what()), call);
+              response = failure_response(error, call);
             } catch (...) {
               response = error_response(ApiError(500, "internal", "an unknown failure"), call);
             }

@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "recorder/formats/named_array.h"
+#include "render/new_file.h"
 
 namespace flowscope {
 
 /// A new file. Groups on the way are made as needed. Arrays are compressed and carry checksums (Fletcher-32);
 /// a text becomes an array of one string. What it throws (std::runtime_error) names the file and the place;
-/// without close() the file is not a whole one.
+/// the file is there after close() or not at all.
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::filesystem::path& file);
@@ -29,7 +30,8 @@ class Hdf5Writer {
   void set_attribute(const std::string& place, const std::string& name, std::int64_t value);
   void set_attribute(const std::string& place, const std::string& name, const std::vector<double>& values);
   void make_group(const std::string& name);
-  void close();
+  /// `check` gets the finished file before it appears under its name, and throws if it is not whole.
+  void close(const FileCheck& check = {});
 
  private:
   struct Impl;

@@ -42,8 +42,12 @@ using Hdf5Properties = Hdf5Handle<H5Pclose>;
 using Hdf5Object = Hdf5Handle<H5Oclose>;
 using Hdf5Attribute = Hdf5Handle<H5Aclose>;
 
-/// The library prints every failure by itself until this was called once per thread.
-inline void silence_hdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// The library prints every failure by itself until this was called once per thread. Where it holds a file
+/// that could not be closed it would crash at the program's end: ours are closed long before that.
+inline void prepare_hdf5() {
+  H5dont_atexit();  // works before any other call only
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 /// What the library says about its last failure, the cause only.
 inline std::string hdf5_cause() {

@@ -32,7 +32,7 @@ struct Hdf5Reader::Impl {
 };
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  silence_hdf5();
+  prepare_hdf5();
   impl_->path = file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {

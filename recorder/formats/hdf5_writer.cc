@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "recorder/formats/hdf5_disk.h"
 #include "recorder/formats/hdf5_file.h"
 #include "recorder/formats/hdf5_handle.h"
 
@@ -40,10 +41,18 @@ Hdf5Properties making_groups() {
 }  // namespace
 
 struct Hdf5Writer::Impl {
-  std::filesystem::path path;
-  Hdf5FileHandle file{-1};
+  explicit Impl(const std::filesystem::path& path) : target(path), disk(target.temporary()) {}
 
-  [[noreturn]] void fail(const std::string& place) const { fail_hdf5(path, place + " cannot be written"); }
+  NewFile target;
+  Hdf5Disk disk;
+  Hdf5FileHandle file{-1};  // closed before its file and disk go
+
+  /// Sooner than the end of the file, where it would come out as well.
+  void require_written(const std::string& place) const {
+    if (disk.error() != 0) fail(place);
+  }
+
+  [[noreturn]] void fail(const std::string& place) const { target.fail(place + hdf5_cause()); }
 
   Hdf5Dataset create(const std::string& name, const ArraySpec& spec, std::size_t text_bytes) const {
     const Hdf5Type type = hdf5_type(spec.type, text_bytes);
@@ -62,14 +71,14 @@ struct Hdf5Writer::Impl {
   }
 };
 
-Hdf5Writer::Hdf5Writer(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  silence_hdf5();
-  impl_->path = file;
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {
   // The form of version 1.10: it checksums its own tables too.
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS));
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-  impl_->file = Hdf5FileHandle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()));
-  if (!impl_->file.valid()) fail_hdf5(file, "cannot be created");
+  impl_->disk.use_in(access.get());
+  impl_->file =
+      Hdf5FileHandle(H5Fcreate(impl_->target.temporary().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()));
+  if (!impl_->file.valid()) impl_->fail("cannot be created");
 }
 
 Hdf5Writer::~Hdf5Writer() = default;
@@ -83,6 +92,7 @@ void Hdf5Writer::write(const NamedArray& array) {
   if (H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.data.data()) < 0) {
     impl_->fail(array.name);
   }
+  impl_->require_written(array.name);
 }
 
 void Hdf5Writer::create(const std::string& name, const ArraySpec& spec) { impl_->create(name, spec, 0); }
@@ -105,6 +115,7 @@ void Hdf5Writer::write_row(const std::string& name, std::uint64_t row, std::span
       H5Dwrite(dataset.get(), type.get(), memory.get(), space.get(), H5P_DEFAULT, bytes.data()) < 0) {
     impl_->fail(name + "[" + std::to_string(row) + "]");
   }
+  impl_->require_written(name);
 }
 
 void Hdf5Writer::write_names(const std::string& name, const std::vector<std::string>& values) {
@@ -151,9 +162,12 @@ void Hdf5Writer::make_group(const std::string& name) {
   if (!group.valid()) impl_->fail(name);
 }
 
-void Hdf5Writer::close() {
+void Hdf5Writer::close(const FileCheck& check) {
   if (H5Fflush(impl_->file.get(), H5F_SCOPE_GLOBAL) < 0 || !impl_->file.close())
     impl_->fail("the end of the file");
+  impl_->require_written("the end of the file");
+  if (check) impl_->target.check(check);
+  impl_->target.commit();
 }
 
 }  // namespace flowscope

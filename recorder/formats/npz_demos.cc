@@ -17,9 +17,9 @@ void NpzDemoWriter::add(const Demo& demo) {
   ++count_;
 }
 
-void NpzDemoWriter::finish() {
+void NpzDemoWriter::finish(const FileCheck& check) {
   file_.add(make_array<std::int64_t>("demos", {1}, {&count_, 1}));
-  file_.finish();
+  file_.finish(check);
 }
 
 NpzDemoReader::NpzDemoReader(const std::filesystem::path& file) : path_(file), file_(file) {

@@ -11,7 +11,8 @@ class NpzDemoWriter {
   explicit NpzDemoWriter(const std::filesystem::path& file) : file_(file) {}
   /// Throws std::invalid_argument (see arrays_of), or std::runtime_error that names the file and the array.
   void add(const Demo& demo);
-  void finish();
+  /// The file appears now, once `check` has seen it.
+  void finish(const FileCheck& check = {});
 
  private:
   NpzWriter file_;

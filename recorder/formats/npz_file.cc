@@ -20,11 +20,13 @@ constexpr std::size_t chunk_bytes = 1u << 30;  // the archive's functions count 
 }  // namespace
 
 struct NpzWriter::Impl {
-  std::filesystem::path file;
+  explicit Impl(const std::filesystem::path& path) : target(path) {}
+
+  NewFile target;
   zipFile archive = nullptr;
 
   void require(int result, const std::string& name) const {
-    if (result != ZIP_OK) throw std::runtime_error(file.string() + ": " + name + " cannot be written");
+    if (result != ZIP_OK) target.fail(name);
   }
   void write(const void* bytes, std::size_t count, const std::string& name) const {
     const auto* next = static_cast<const std::uint8_t*>(bytes);
@@ -37,10 +39,9 @@ struct NpzWriter::Impl {
   }
 };
 
-NpzWriter::NpzWriter(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  impl_->file = file;
-  impl_->archive = zipOpen64(file.c_str(), APPEND_STATUS_CREATE);
-  if (impl_->archive == nullptr) throw std::runtime_error(file.string() + ": cannot be created");
+NpzWriter::NpzWriter(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {
+  impl_->archive = zipOpen64(impl_->target.temporary().c_str(), APPEND_STATUS_CREATE);
+  if (impl_->archive == nullptr) impl_->target.fail("cannot be created");
 }
 
 NpzWriter::~NpzWriter() {
@@ -61,10 +62,12 @@ void NpzWriter::add(const NamedArray& array) {
   impl_->require(zipCloseFileInZip(impl_->archive), array.name);
 }
 
-void NpzWriter::finish() {
+void NpzWriter::finish(const FileCheck& check) {
   const int result = zipClose(impl_->archive, nullptr);
   impl_->archive = nullptr;
   impl_->require(result, "the list of arrays");
+  if (check) impl_->target.check(check);
+  impl_->target.commit();
 }
 
 struct NpzReader::Impl {

@@ -7,17 +7,19 @@
 #include <vector>
 
 #include "recorder/formats/named_array.h"
+#include "render/new_file.h"
 
 namespace flowscope {
 
 /// Writes array after array, each compressed. A text becomes a bytes scalar (dtype S). What it throws names
-/// the file; without finish() the file is not a whole one.
+/// the file, which is there after finish() or not at all.
 class NpzWriter {
  public:
   explicit NpzWriter(const std::filesystem::path& file);
   ~NpzWriter();
   void add(const NamedArray& array);
-  void finish();
+  /// `check` gets the finished file before it appears under its name, and throws if it is not whole.
+  void finish(const FileCheck& check = {});
 
  private:
   struct Impl;

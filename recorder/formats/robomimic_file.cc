@@ -122,7 +122,7 @@ void RobomimicWriter::write_pictures(const std::string& group, const Demo& demo,
   }
 }
 
-void RobomimicWriter::finish() {
+void RobomimicWriter::finish(const FileCheck& check) {
   std::map<std::string, std::vector<std::string>> masks{{"train", {}}, {"valid", {}}};
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     const bool valid = i % validation_every == validation_every - 1 ||
@@ -145,7 +145,7 @@ void RobomimicWriter::finish() {
                         {"controller_configs", controller}}}};
   file_.set_attribute("data", "total", samples_);
   file_.set_attribute("data", "env_args", env_args.dump());
-  file_.close();
+  file_.close(check);
 }
 
 RobomimicReader::RobomimicReader(const std::filesystem::path& file) : path_(file), file_(file) {

@@ -36,8 +36,9 @@ class RobomimicWriter {
   explicit RobomimicWriter(const std::filesystem::path& file);
   /// `source.observe` empty: without pictures in obs/.
   void add(const Demo& demo, const ExportSource& source);
-  /// Totals and masks; every tenth demonstration, and at least one of several, is for validation.
-  void finish();
+  /// Totals and masks; every tenth demonstration, and at least one of several, is for validation. The file
+  /// appears now, once `check` has seen it.
+  void finish(const FileCheck& check = {});
 
  private:
   void require_same_joints(std::size_t joints);

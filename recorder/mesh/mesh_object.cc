@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <limits>
+#include <span>
 #include <stdexcept>
 
 #include "recorder/mesh/box_fit.h"
 #include "recorder/mesh/convex_hull.h"
 #include "recorder/mesh/mesh_picture.h"
+#include "recorder/new_folder.h"
 #include "render/encode.h"
 #include "render/mujoco_guard.h"
 #include "render/mujoco_owners.h"
@@ -75,50 +76,46 @@ std::string material_xml(const std::string& name, const MeshPicture& picture, co
   return "    <material name=\"" + name + "\" rgba=\"" + numbers(rgba) + "\" " + shine;
 }
 
-/// The files of one object; without keep() they go with this.
+/// The files of one object: they appear together with keep(), or not at all.
 class Files {
  public:
-  Files(std::filesystem::path folder, const std::string& name) : folder_(std::move(folder)) {
-    if (std::filesystem::exists(folder_ / (name + ".xml")))
-      throw std::invalid_argument((folder_ / (name + ".xml")).string() + " is already there");
-    std::filesystem::create_directories(folder_);
-  }
-  ~Files() {
-    std::error_code ignored;
-    if (!kept_)
-      for (const auto& file : all_) std::filesystem::remove(file, ignored);
-  }
-  Files(const Files&) = delete;
-  Files& operator=(const Files&) = delete;
+  Files(const std::filesystem::path& folder, const std::string& name)
+      : folder_(folder), staged_(checked(folder, name), folder) {}
 
-  std::filesystem::path write(const std::string& file, const std::string& text) {
-    const auto path = folder_ / file;
-    all_.push_back(path);
-    std::ofstream stream(path, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream) throw std::runtime_error(path.string() + ": can not be written");
-    return path;
+  void write(const std::string& file, std::span<const std::uint8_t> bytes) {
+    names_.push_back(file);
+    staged_.write(file, bytes);
   }
-  void write(const std::string& file, const ImageRgb& image) {
-    all_.push_back(folder_ / file);
-    write_png(all_.back(), image);
+  void write(const std::string& file, const std::string& text) {
+    write(file, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
   }
+  /// Where a file lies until keep().
+  std::filesystem::path staged(const std::string& file) const { return staged_.path() / file; }
+  /// The last one that was written comes last: whoever sees it sees what it names.
   std::vector<std::filesystem::path> keep() {
-    kept_ = true;
-    return all_;
+    staged_.sync();
+    staged_.move_into_parent(names_);
+    std::vector<std::filesystem::path> all;
+    for (const auto& name : names_) all.push_back(folder_ / name);
+    return all;
   }
 
  private:
+  static const std::filesystem::path& checked(const std::filesystem::path& folder, const std::string& name) {
+    if (std::filesystem::exists(folder / (name + ".xml")))
+      throw std::invalid_argument((folder / (name + ".xml")).string() + " is already there");
+    return folder;
+  }
+
   std::filesystem::path folder_;
-  std::vector<std::filesystem::path> all_;
-  bool kept_ = false;
+  NewFolder staged_;
+  std::vector<std::string> names_;
 };
 
-void check_compiles(const std::filesystem::path& file) {
+void check_compiles(const std::filesystem::path& staged, const std::filesystem::path& file) {
   install_mujoco_guard();
   char error[1000] = "";
-  const ModelPtr model(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
+  const ModelPtr model(mj_loadXML(staged.c_str(), nullptr, error, sizeof error));
   if (!model) throw BadMesh(file.string() + ": the simulator refuses the object: " + error);
 }
 
@@ -188,7 +185,7 @@ ObjectReport write_object(TriangleMesh mesh, const ObjectOptions& options,
     files.write(part + ".obj", obj);
     assets += "    <mesh name=\"" + part + "\" file=\"" + part + ".obj\"/>\n";
   };
-  if (picture.skin.width > 0) files.write(name + "_colors.png", picture.skin);
+  if (picture.skin.width > 0) files.write(name + "_colors.png", encode_png(picture.skin));
   add_mesh(name + "_visual", picture.obj);
   std::string geoms;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -202,10 +199,10 @@ ObjectReport write_object(TriangleMesh mesh, const ObjectOptions& options,
   const std::string about = "<!-- " + number(report.size.x()) + " x " + number(report.size.y()) + " x " +
                             number(report.size.z()) +
                             " m, standing on its origin; written by flowscope scene import -->\n";
-  report.file = files.write(name + ".xml", about + "<mujoco model=\"" + name + "\">\n" + several_contacts +
-                                               "  <asset>\n" + assets + "  </asset>\n" +
-                                               body_xml(name, body, geoms) + "</mujoco>\n");
-  check_compiles(report.file);
+  files.write(name + ".xml", about + "<mujoco model=\"" + name + "\">\n" + several_contacts + "  <asset>\n" +
+                                 assets + "  </asset>\n" + body_xml(name, body, geoms) + "</mujoco>\n");
+  report.file = folder / (name + ".xml");
+  check_compiles(files.staged(name + ".xml"), report.file);
   report.all_files = files.keep();
   report.triangles = mesh.triangles.size();
   report.parts = parts.size();

@@ -59,7 +59,8 @@ TEST(AtomicFile, AFailureNamesPathAndCauseAndKeepsTheOld) {
   }
   EXPECT_EQ(read(path / "kept"), "kept");
   EXPECT_EQ(entries(folder.path()), 1);  // no temporary stays
-  EXPECT_THROW(write_file_atomically(folder.path() / "no" / "such", bytes_of("text")), std::system_error);
+  EXPECT_THROW(write_file_atomically(path / "kept" / "such", bytes_of("text")), std::system_error);
+  EXPECT_EQ(entries(path), 1);
 }
 
 TEST(AtomicFile, AWriteCutShortLeavesTheOldFileWhole) {
