@@ -8,8 +8,8 @@
 
 namespace flowscope {
 
-/// A PNG or JPEG as 8-bit RGB; what is see-through in it is not. Throws std::runtime_error saying what is
-/// wrong; sides above `most_side_px` are refused before anything is decoded.
+/// A PNG, JPEG, WebP or BMP as 8-bit RGB; what is see-through in it is not. Throws std::runtime_error saying
+/// what is wrong; sides above `most_side_px` are refused before anything is decoded.
 ImageRgb decode_picture(std::span<const std::uint8_t> bytes, int most_side_px);
 
 /// The same picture with its longer side cut to `side_px` if that is less, each pixel the mean of those under

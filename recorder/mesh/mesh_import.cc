@@ -16,7 +16,11 @@
 #include <set>
 #include <string>
 
+#include "recorder/mesh/gltf_mesh.h"
+#include "recorder/mesh/mesh_neighbour.h"
 #include "recorder/mesh/mesh_texture.h"
+#include "recorder/mesh/obj_materials.h"
+#include "recorder/mesh/stl_bytes.h"
 
 namespace flowscope {
 namespace {
@@ -57,27 +61,7 @@ class Reader {
 
   TriangleMesh read() {
     check_file();
-    Assimp::Importer importer;
-    importer.SetIOHandler(new FolderOnly(folder()));  // it takes it
-    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const aiScene* scene = nullptr;
-    try {
-      scene = importer.ReadFile(
-          file_.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType);
-    } catch (const std::exception& error) {
-      fail(error.what());
-    }
-    if (scene == nullptr) fail(importer.GetErrorString());
-    if (scene->mRootNode == nullptr || !scene->HasMeshes()) fail("holds no triangles");
-    if (now_pictures_) now_pictures_();
-    textures_.emplace(*scene, folder(), is_gltf());
-    add(*scene, *scene->mRootNode, aiMatrix4x4(), 0);
-    mesh_.textures = textures_->take();
-    for (const auto& [name, why] : textures_->left_out()) {
-      if (options_.leave_out)
-        options_.leave_out(file_.string() + ": its texture '" + name + "' " + why +
-                           "; the material's plain colour is used");
-    }
+    if (!is_gltf() || !read_gltf2()) read_by_library();
     if (mesh_.triangles.empty()) fail("holds no triangles");
     return std::move(mesh_);
   }
@@ -87,6 +71,58 @@ class Reader {
 
   std::filesystem::path folder() const { return file_.has_parent_path() ? file_.parent_path() : "."; }
   bool is_gltf() const { return ending_ == ".gltf" || ending_ == ".glb"; }
+
+  void tell(const std::string& what) const {
+    if (options_.leave_out) options_.leave_out(file_.string() + ": " + what);
+  }
+
+  /// False for a file of version 1.
+  bool read_gltf2() {
+    try {
+      auto mesh = read_gltf(
+          file_, [this](const std::string& what) { tell(what); }, now_pictures_);
+      if (!mesh) return false;
+      mesh_ = std::move(*mesh);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+    for (Eigen::Vector3d& v : mesh_.vertices) v = position(v);
+    return true;
+  }
+
+  const aiScene* open(Assimp::Importer& importer) const {
+    constexpr unsigned steps =
+        aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType;
+    if (ending_ != ".stl") return importer.ReadFile(file_.string(), steps);
+    const auto bytes =
+        sound_stl(bytes_of(file_, kMost_bytes >> 20), [this](const std::string& what) { tell(what); });
+    return importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, "stl");
+  }
+
+  void read_by_library() {
+    Assimp::Importer importer;
+    importer.SetIOHandler(new FolderOnly(folder()));  // it takes it
+    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    const aiScene* scene = nullptr;
+    try {
+      scene = open(importer);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+    if (scene == nullptr) fail(importer.GetErrorString());
+    if (scene->mRootNode == nullptr || !scene->HasMeshes()) fail("holds no triangles");
+    if (ending_ == ".obj")
+      obj_materials_ = obj_materials(file_, [this](const std::string& what) { tell(what); });
+    if (now_pictures_) now_pictures_();
+    TextureStore store(folder());
+    textures_.emplace(*scene, store);
+    add(*scene, *scene->mRootNode, aiMatrix4x4(), 0);
+    textures_.reset();
+    mesh_.textures = store.take();
+    for (const auto& [name, why] : store.left_out())
+      tell("its texture '" + name + "' " + why + "; the material's plain colour is used");
+    for (const std::string& what : lost_) tell(what);
+  }
 
   void check_file() const {
     static const std::set<std::string> known{".gltf", ".glb", ".dae", ".obj", ".ply", ".stl"};
@@ -111,11 +147,23 @@ class Reader {
     if (mesh_.triangles.size() + part.mNumFaces > kMost_triangles)
       fail("has more than 1000000 triangles; make it simpler first");
     const int first = static_cast<int>(mesh_.vertices.size());
-    for (unsigned i = 0; i < part.mNumVertices; ++i)
-      mesh_.vertices.push_back(position(placed * part.mVertices[i]));
-    const aiColor4D material = color_of(scene, part.mMaterialIndex);
-    const MaterialTexture texture = textures_->of(part.mMaterialIndex);
+    for (unsigned i = 0; i < part.mNumVertices; ++i) {
+      const aiVector3D at = placed * part.mVertices[i];
+      mesh_.vertices.push_back(position({at.x, at.y, at.z}));
+    }
+    const ObjMaterial* obj = obj_material(scene, part.mMaterialIndex);
+    const aiColor4D material = obj != nullptr && obj->color
+                                   ? aiColor4D((*obj->color)[0], (*obj->color)[1], (*obj->color)[2], 1)
+                                   : color_of(scene, part.mMaterialIndex);
+    const MaterialTexture texture = obj != nullptr ? textures_->of(name_of(scene, part.mMaterialIndex), *obj)
+                                                   : textures_->of(part.mMaterialIndex);
     const bool textured = texture.index >= 0 && part.HasTextureCoords(texture.channel);
+    if (texture.index >= 0 && !textured)
+      lost_.insert("its texture '" + texture.name +
+                   "' has no place on a part of the mesh without texture coordinates");
+    if (textured && texture.moved)
+      lost_.insert("its texture '" + texture.name +
+                   "' is drawn as it lies: how it is moved or scaled is not applied");
     const bool mirrored = placed.Determinant() < 0;
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
@@ -126,8 +174,11 @@ class Reader {
       for (unsigned k = 0; k < 3; ++k) {
         if (face.mIndices[k] >= part.mNumVertices) fail("a triangle names a corner that does not exist");
         corners[k] = first + static_cast<int>(face.mIndices[k]);
-        if (textured)
-          in_texture[k] = place_in_texture(part.mTextureCoords[texture.channel][face.mIndices[k]]);
+        if (textured) {
+          const aiVector3D& at = part.mTextureCoords[texture.channel][face.mIndices[k]];
+          in_texture[k] =
+              place_in_texture(obj != nullptr ? obj->place({at.x, at.y}) : Eigen::Vector2f(at.x, at.y));
+        }
         sum += part.HasVertexColors(0) ? part.mColors[0][face.mIndices[k]] : aiColor4D(1, 1, 1, 1);
       }
       if (mirrored) {
@@ -145,9 +196,19 @@ class Reader {
   /// glTF's colours are linear light, everybody else's are as shown.
   std::uint8_t shown(double value) const { return byte_of(is_gltf() ? to_srgb(value) : value); }
 
-  Eigen::Vector2f place_in_texture(const aiVector3D& at) const {
-    if (!(std::abs(at.x) < 1e4f && std::abs(at.y) < 1e4f)) fail("has a corner far outside its texture");
-    return {at.x, at.y};
+  Eigen::Vector2f place_in_texture(const Eigen::Vector2f& at) const {
+    if (!(at.cwiseAbs().maxCoeff() < 1e4f)) fail("has a corner far outside its texture");
+    return at;
+  }
+
+  static std::string name_of(const aiScene& scene, unsigned index) {
+    aiString name;
+    if (index < scene.mNumMaterials) scene.mMaterials[index]->Get(AI_MATKEY_NAME, name);
+    return name.C_Str();
+  }
+  const ObjMaterial* obj_material(const aiScene& scene, unsigned index) const {
+    const auto it = obj_materials_.find(name_of(scene, index));
+    return it == obj_materials_.end() ? nullptr : &it->second;
   }
 
   static aiColor4D color_of(const aiScene& scene, unsigned index) {
@@ -159,11 +220,10 @@ class Reader {
     return color;
   }
 
-  Eigen::Vector3d position(const aiVector3D& at) const {
-    if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
-      fail("has a corner that is not finite");
+  Eigen::Vector3d position(const Eigen::Vector3d& at) const {
+    if (!at.allFinite()) fail("has a corner that is not finite");
     const char up = options_.up.value_or(is_gltf() || ending_ == ".dae" ? 'y' : 'z');
-    const Eigen::Vector3d p = options_.metres_per_unit * Eigen::Vector3d(at.x, at.y, at.z);
+    const Eigen::Vector3d p = options_.metres_per_unit * at;
     return up == 'y' ? Eigen::Vector3d(p.x(), -p.z(), p.y()) : p;
   }
 
@@ -171,7 +231,9 @@ class Reader {
   const MeshImportOptions& options_;
   std::function<void()> now_pictures_;
   std::string ending_;
+  std::map<std::string, ObjMaterial> obj_materials_;  ///< of an OBJ file
   std::optional<MaterialTextures> textures_;
+  std::set<std::string> lost_;
   TriangleMesh mesh_;
 };
 

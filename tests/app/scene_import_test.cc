@@ -55,6 +55,30 @@ TEST_F(SceneImport, TellsWhatItLeavesOut) {
   EXPECT_TRUE(contains(json.at("left_out").at(0), "is not there"));
 }
 
+TEST_F(SceneImport, SaysWhatItsPartsFillInAndHowToDoBetter) {
+  const std::string file = mesh("washer.obj", testing::as_obj(testing::ring(24, 0.05, 24, 0.03, 0.01)));
+  const auto coarse = run_command({"scene", "import", file, "--out", out(), "--parts", "4", "--json"});
+  ASSERT_EQ(coarse.code, 0) << coarse.err;
+  EXPECT_TRUE(contains(coarse.err, "holes are filled")) << coarse.err;
+  EXPECT_TRUE(contains(coarse.err, "try --parts 8")) << coarse.err;
+  const auto few = nlohmann::json::parse(coarse.out);
+  EXPECT_EQ(few.at("parts"), 4);
+  EXPECT_GT(few.at("excess").get<double>(), 0.05);
+  EXPECT_TRUE(contains(few.at("filled_in"), "try --parts 8"));
+  const auto fine = run_command({"scene", "import", file, "--out", out(), "--name", "fine", "--json"});
+  ASSERT_EQ(fine.code, 0) << fine.err;
+  EXPECT_FALSE(contains(fine.err, "holes are filled")) << fine.err;
+  EXPECT_LT(nlohmann::json::parse(fine.out).at("excess").get<double>(), 0.02);
+}
+
+TEST_F(SceneImport, RefusesAFileThatNeedsWhatIsNotRead) {
+  const std::string file =
+      mesh("odd.gltf", R"({"asset":{"version":"2.0"},"extensionsRequired":["VENDOR_folded_space"]})");
+  const auto refused = run_command({"scene", "import", file, "--out", out()});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_TRUE(contains(refused.err, "odd.gltf: needs the extension VENDOR_folded_space")) << refused.err;
+}
+
 TEST_F(SceneImport, WrongCallsSayWhatIsWrong) {
   const std::string file = mesh("bracket.obj", testing::as_obj(testing::l_shape(), 1000));
   const auto too_large = run_command({"scene", "import", file, "--out", out()});

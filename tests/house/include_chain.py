@@ -22,7 +22,7 @@ FORBIDDEN = {
 MACRO_FLOODS = {"torch", "ATen", "c10", "GL", "EGL", "mujoco", "hdf5", "png", "minizip"}
 # The readers and writers of files that hold JSON by their layout, outside web and app.
 JSON_READERS = {
-    "recorder/demo_header.cc", "recorder/formats/robomimic_file.cc", "policy/checkpoint.cc", "policy/container.cc", "policy/safetensors.cc", "policy/weights_io.cc",
+    "recorder/demo_header.cc", "recorder/formats/robomimic_file.cc", "recorder/mesh/gltf_extensions.h", "recorder/mesh/gltf_file.h", "policy/checkpoint.cc", "policy/container.cc", "policy/safetensors.cc", "policy/weights_io.cc",
 }
 
 
