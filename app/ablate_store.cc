@@ -39,9 +39,15 @@ Json to_json(const AblationMeasure& m) {
 AblationMeasure measure_of(const Json& json) {
   AblationMeasure m{
       json.at("flow_steps"), {}, json.at("ms_per_prediction"), json.at("seconds"), json.at("failure")};
-  for (const Json& t : json.at("tasks"))
+  if (m.flow_steps < 1) throw std::invalid_argument("flow_steps must be positive");
+  for (const Json& t : json.at("tasks")) {
     m.tasks.push_back(
         {t.at("task"), t.at("successes"), t.at("episodes"), t.at("first_attempts"), t.at("position_mm")});
+    const TaskScore& score = m.tasks.back();
+    if (score.successes < 0 || score.first_attempts < 0 || score.successes > score.episodes ||
+        score.first_attempts > score.successes)
+      throw std::invalid_argument(score.task + " has more successes than episodes, or fewer than none");
+  }
   return m;
 }
 
@@ -52,6 +58,25 @@ Json to_json(const AblationRun& r) {
   return {{"key", key_of(r.variant)}, {"variant", variant},   {"seed", r.seed},
           {"policy", r.policy},       {"steps", r.steps},     {"minutes", r.minutes},
           {"loss", r.loss},           {"failure", r.failure}, {"measures", measures}};
+}
+
+/// Each entry of a list as `read` makes it; a complaint names its place.
+template <typename Read>
+auto read_list(const Json& list, const std::string& place, Read&& read) {
+  std::vector<decltype(read(list))> entries;
+  if (!list.is_array()) throw std::invalid_argument(place + ": must be a list");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string entry = place + "[" + std::to_string(i) + "]";
+    try {
+      entries.push_back(read(list[i]));
+    } catch (const nlohmann::json::exception& error) {
+      throw std::invalid_argument(entry + ": " + error.what());
+    } catch (const std::invalid_argument& error) {
+      const std::string what = error.what();
+      throw std::invalid_argument(entry + (what.starts_with("measures[") ? "." : ": ") + what);
+    }
+  }
+  return entries;
 }
 
 AblationRun run_of(const Json& json) {
@@ -69,7 +94,7 @@ AblationRun run_of(const Json& json) {
   r.failure = json.at("failure");
   if (std::filesystem::path(r.policy).filename() != r.policy)
     throw std::invalid_argument("policy '" + r.policy + "' is not a file name");
-  for (const Json& m : json.at("measures")) r.measures.push_back(measure_of(m));
+  r.measures = read_list(json.at("measures"), "measures", measure_of);
   return r;
 }
 
@@ -101,7 +126,7 @@ AblationStore::AblationStore(std::filesystem::path folder, AblationBudget budget
     if (json.at("format") != format) throw std::invalid_argument(std::string("its format is not ") + format);
     const std::string other = differences(json.at("budget"), to_json(budget_));
     if (!other.empty()) throw std::invalid_argument("the results there were made with " + other);
-    for (const Json& run : json.at("runs")) runs_.push_back(run_of(run));
+    runs_ = read_list(json.at("runs"), "runs", run_of);
   } catch (const nlohmann::json::exception& error) {
     throw std::invalid_argument(results.string() + ": " + error.what());
   } catch (const std::invalid_argument& error) {

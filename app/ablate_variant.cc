@@ -9,6 +9,9 @@
 namespace flowscope {
 namespace {
 
+constexpr std::size_t most_cells = 10'000;  ///< more would take years
+constexpr int most_flow_steps = 1000;
+
 std::string text_of(const std::string& value) { return value; }
 std::string text_of(bool value) { return value ? "on" : "off"; }
 
@@ -21,7 +24,10 @@ class GridFile {
  public:
   explicit GridFile(const std::filesystem::path& file) : file_(file) {
     try {
-      for (const auto& entry : YAML::LoadFile(file.string())) {
+      const YAML::Node root = YAML::LoadFile(file.string());
+      if (!root.IsMap() || root.size() == 0)
+        fail(0, "must name lists of values, such as objective: [cfm, ddim]");
+      for (const auto& entry : root) {
         const auto key = entry.first.as<std::string>();
         GridList& list = lists_[key];
         if (!list.values.empty()) fail(entry.first.Mark().line, "'" + key + "' appears twice");
@@ -96,6 +102,8 @@ std::vector<AblationCell> read_grid(const std::filesystem::path& path) {
     using T = std::remove_cvref_t<decltype(example)>;
     const std::vector<T> values = file.take<T>(name);
     if (values.empty()) return;
+    if (values.size() * variants.size() > most_cells)
+      throw std::invalid_argument(path.string() + ": more than " + std::to_string(most_cells) + " cells");
     std::vector<AblationVariant> product;
     for (const AblationVariant& variant : variants) {
       for (const T& value : values) {
@@ -107,8 +115,10 @@ std::vector<AblationCell> read_grid(const std::filesystem::path& path) {
   });
   std::vector<int> steps = file.take<int>("flow_steps");
   if (steps.empty()) steps = {AblationCell{}.flow_steps};
-  if (*std::ranges::min_element(steps) < 1)
-    throw std::invalid_argument(path.string() + ": flow_steps must be positive");
+  const auto [fewest, most] = std::ranges::minmax(steps);
+  if (fewest < 1 || most > most_flow_steps)
+    throw std::invalid_argument(path.string() + ": flow_steps must lie in 1 to " +
+                                std::to_string(most_flow_steps));
   file.require_all_taken();
   std::vector<AblationCell> cells;
   for (const AblationVariant& variant : variants)

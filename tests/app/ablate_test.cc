@@ -244,6 +244,27 @@ TEST_F(Ablation, ACellTableHasEachCellOnceWithItsFirstAttempts) {
       "| full | 2 | - | - | - | - |\n");
 }
 
+TEST_F(Ablation, ResultsOfAnotherMakeAreRefusedByTheirPlace) {
+  AblationStore first = store();
+  run(first, {{with_objective("cfm"), 4}}, 2);
+  const auto file = first.file("results.json");
+  const auto good = nlohmann::ordered_json::parse(std::ifstream(file));
+  const auto complaint = [&](const std::string& pointer, const nlohmann::ordered_json& value) {
+    auto bad = good;
+    bad[nlohmann::ordered_json::json_pointer(pointer)] = value;
+    std::ofstream(file) << bad;
+    return complaint_of([&] { store(); });
+  };
+  EXPECT_TRUE(contains(complaint("/runs/1/seed", "x"), file.string() + ": runs[1]: "));
+  EXPECT_TRUE(contains(complaint("/runs/0/policy", "../p.flow"), ": runs[0]: policy '../p.flow'"));
+  EXPECT_TRUE(contains(complaint("/runs/1/measures/0/ms_per_prediction", {}), ": runs[1].measures[0]: "));
+  EXPECT_TRUE(contains(complaint("/runs/1/measures/0/tasks/0/successes", 5), "more successes than episodes"));
+  EXPECT_TRUE(contains(complaint("/runs/1/measures/0/flow_steps", 0), "flow_steps must be positive"));
+  EXPECT_TRUE(contains(complaint("/runs", 7), ": runs: must be a list"));
+  std::ofstream(file) << good;
+  EXPECT_EQ(store().runs().size(), 2u);
+}
+
 class AblationGrid : public ::testing::Test {
  protected:
   std::vector<AblationCell> read(const std::string& text) const {
@@ -272,7 +293,10 @@ TEST_F(AblationGrid, NamesTheLineOfWhatIsWrong) {
   EXPECT_TRUE(contains(complaint("\ngrounded: [maybe]\n"), "grid.yaml:2: 'maybe' is no value of 'grounded'"));
   EXPECT_TRUE(contains(complaint("radius: off\n"), "grid.yaml:1: 'radius' is not a list"));
   EXPECT_TRUE(contains(complaint("radius: [off, off]\n"), "grid.yaml:1: 'radius' names off twice"));
-  EXPECT_TRUE(contains(complaint("flow_steps: [0]\n"), "flow_steps must be positive"));
+  EXPECT_TRUE(contains(complaint("flow_steps: [0]\n"), "flow_steps must lie in 1 to 1000"));
+  EXPECT_TRUE(contains(complaint("flow_steps: [2000000000]\n"), "flow_steps must lie in 1 to 1000"));
+  for (const char* none : {"", "7\n", "[1, 2]\n", "{}\n"})
+    EXPECT_TRUE(contains(complaint(none), "grid.yaml:1: must name lists")) << none;
   EXPECT_TRUE(contains(complaint("radius: [off\n"), "grid.yaml: "));
 }
 
