@@ -188,9 +188,7 @@ std::vector<web::TaskEntry> Studio::tasks() {
   return entries;
 }
 
-void Studio::interrupt_motion() {
-  jobs_.cancel_if_known(motion_job_);
-}
+void Studio::interrupt_motion() { jobs_.cancel_if_known(motion_job_); }
 
 std::string Studio::start_motion(const std::string& kind, std::function<void(JobBoard::Handle&)> work) {
   std::lock_guard lock(mutex_);
