@@ -144,7 +144,7 @@ std::string find_incoherence(const Demo& demo) {
 
 std::string DemoJudge::find_problem(const std::string& id, const Demo& demo) {
   if (std::string problem = find_incoherence(demo); !problem.empty()) return problem;
-  const auto [first, is_new] = by_motion_.emplace(motion_sha256(demo.frames), id);
+  const auto [first, is_new] = by_motion_.emplace(motion_sha256(demo), id);
   return is_new || first->second == id ? "" : twin_text(first->second);
 }
 

@@ -6,10 +6,10 @@
 
 namespace flowscope {
 
-std::string motion_sha256(const std::vector<Frame>& frames) {
-  const std::string states = states_sha256(frames);
-  Bytes all(states.begin(), states.end());
-  for (const Frame& frame : frames) {
+std::string motion_sha256(const Demo& demo) {
+  const std::string named = demo.info.task + '\n' + states_sha256(demo.frames);
+  Bytes all(named.begin(), named.end());
+  for (const Frame& frame : demo.frames) {
     const Bytes bytes = frame_bytes(frame);
     all.insert(all.end(), bytes.begin(), bytes.end());
   }
@@ -24,8 +24,8 @@ std::optional<std::filesystem::path> find_twin(const Demo& demo,
     if (read_frame_bytes(file, demo.frames.size() - 1) != last) continue;
     try {
       const Demo other = decode_demo(read_demo_bytes(file), file, DemoParts::all);
-      if (fingerprint.empty()) fingerprint = motion_sha256(demo.frames);
-      if (motion_sha256(other.frames) == fingerprint) return file;
+      if (fingerprint.empty()) fingerprint = motion_sha256(demo);
+      if (motion_sha256(other) == fingerprint) return file;
     } catch (const BadDemo&) {
       continue;
     }

@@ -186,6 +186,16 @@ void check_usable(const SceneCall& call, const RawScene& raw) {
     call.note(file + ": nothing in it can be seen: all its geoms are transparent or in the groups 3 to 5");
 }
 
+/// Who names one of our robots has written the scene only: its file is to blame.
+void check_fits(const SceneCall& call, const RawScene& raw, const RobotDescription& robot, bool is_ours) {
+  try {
+    check_robot(raw.model.get(), robot, Additions::to_come);
+  } catch (const BadScript& error) {
+    if (!is_ours) throw;
+    throw SceneError(call.scene.string() + ": the robot " + call.robot + " does not fit: " + error.what());
+  }
+}
+
 std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::path& assets) {
   RobotDescription robot = find_robot(call.robot, assets);
   SceneFiles files(assets);
@@ -193,7 +203,7 @@ std::shared_ptr<const Task> open(const SceneCall& call, const std::filesystem::p
   const bool is_urdf = root_element(read_text(call.scene)) == "robot";
   const RawScene raw = is_urdf ? read_urdf(call, files) : read_mjcf(call, files);
   check_usable(call, raw);
-  check_robot(raw.model.get(), robot, Additions::to_come);
+  check_fits(call, raw, robot, robot_file(call.robot, assets).empty());
   const std::string completed = completed_scene(raw.mjcf, raw.model.get(), table.get(), robot);
   ModelPtr model = files.compile({completed, {}}, raw.source);
   if (raw.model->nlight == 0) model->vis.headlight = table->vis.headlight;

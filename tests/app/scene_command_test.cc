@@ -56,7 +56,7 @@ TEST_F(SceneCommand, RecordingNeedsARobotAndAScript) {
   EXPECT_TRUE(contains(outcome.err, "--script")) << outcome.err;
   outcome = run_command({"record", "--scene", scene, "--robot", "panda", "--script", scene});
   EXPECT_EQ(outcome.code, 2) << "the scene has no Panda";
-  EXPECT_TRUE(contains(outcome.err, "ball.xml: the scene's robot lacks 'tool'")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "ball.xml: the robot panda does not fit: ")) << outcome.err;
   outcome = run_command({"record", "push_buttons", "--robot", "panda"});
   EXPECT_EQ(outcome.code, 2) << "a robot without a scene";
   outcome = run_command({"record"});

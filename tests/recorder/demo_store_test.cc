@@ -227,6 +227,16 @@ TEST(DemoStore, OfWritersOfOneMotionOneSaves) {
   EXPECT_EQ(refused, 3);
 }
 
+TEST(DemoStore, TheSameMotionInAnotherSceneIsAnotherDemonstration) {
+  const TemporaryFolder folder;
+  const DemoStore store(folder.path());
+  store.save(sample_demo());
+  Demo elsewhere = sample_demo();
+  elsewhere.info.task = "other_scene";
+  EXPECT_NO_THROW(store.save(elsewhere));
+  EXPECT_TRUE(store.check().empty());
+}
+
 TEST(DemoStore, CheckNamesTheDamagedAndTheIncoherent) {
   const TemporaryFolder folder;
   const DemoStore store(folder.path());
