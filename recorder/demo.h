@@ -59,7 +59,7 @@ struct DemoInfo {
 struct Demo {
   DemoInfo info;
   std::vector<std::string> instructions;  ///< all phrasings of this variation; the first is info.instruction
-  Box bounds;                             ///< the task's keyframe box, metres, world: normalises positions
+  Box bounds;  ///< metres, world: the task's, widened to keyframes far outside; normalises
   std::vector<Frame> frames;
   Observation start;  ///< taken at frame 0
   std::vector<Keyframe> keyframes;

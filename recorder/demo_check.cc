@@ -15,7 +15,6 @@ namespace {
 constexpr double kTravelTolerance_rad = 0.03;
 constexpr double kDriftTolerance_rad = 0.2;
 constexpr std::size_t kDriftFrames = 20;
-constexpr double kOutside_m = 0.05;  ///< a keyframe beyond its box: the normaliser still copes with less
 
 bool usable(const Pose& pose) {
   return pose.position.allFinite() && std::abs(pose.rotation.norm() - 1) < 1e-6;
@@ -116,7 +115,7 @@ std::string find_bad_keyframe(const Demo& demo) {
       return place + ": the action is not one";
     }
     const double outside_m = distance_outside(demo.bounds, action.world_from_tool.position);
-    if (outside_m > kOutside_m) {
+    if (outside_m > most_outside_m) {
       return place + ": the tool is " + std::to_string(std::lround(1000 * outside_m)) +
              " mm outside the task's box";
     }

@@ -8,6 +8,9 @@
 
 namespace flowscope {
 
+/// How far a keyframe may lie outside a demonstration's box: the normaliser still copes with less.
+inline constexpr double most_outside_m = 0.05;
+
 /// The first thing that is wrong, with its place; empty when nothing is: times and keyframes ascend, the last
 /// keyframe is the last frame, rotations are unit quaternions, numbers are finite, joints travel as far as
 /// their recorded speeds take them, keyframes lie in (or hardly outside) the task's box, every picture shows

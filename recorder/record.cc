@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "recorder/demo_check.h"
 #include "recorder/keyframes.h"
 #include "recorder/lost_things.h"
 #include "recorder/script_check.h"
@@ -158,6 +159,17 @@ class ScriptRun {
   std::vector<TermSeries> terms_;
 };
 
+/// Who closes the hand high above the table has a keyframe there, far outside the task's own box.
+void widen(Box& box, const std::vector<Keyframe>& keyframes) {
+  const Eigen::Vector3d least = box.min.array() - most_outside_m, most = box.max.array() + most_outside_m;
+  for (const Keyframe& keyframe : keyframes) {
+    const Eigen::Vector3d& p = keyframe.action.world_from_tool.position;
+    if (Box{least, most}.contains(p)) continue;
+    box.min = box.min.cwiseMin(p);
+    box.max = box.max.cwiseMax(p);
+  }
+}
+
 }  // namespace
 
 Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<int>& keyframes,
@@ -181,6 +193,7 @@ Demo make_demo(const World& world, std::vector<Frame> frames, const std::vector<
     demo.keyframes.push_back(
         {index, {frame.world_from_tool, frame.gripper_open ? 1.0 : 0.0}, observe(frame.state)});
   }
+  widen(demo.bounds, demo.keyframes);
   demo.info.frames = static_cast<int>(frames.size());
   demo.info.keyframes = static_cast<int>(demo.keyframes.size());
   demo.frames = std::move(frames);

@@ -175,6 +175,21 @@ TEST(Record, WhatIsWrongWithAScriptIsKnownBeforeAnythingMoves) {
               "");
 }
 
+TEST(Record, AKeyframeFarAboveTheTaskWidensTheBoxOfItsDemonstration) {
+  World world(task("push_buttons"));
+  world.reset(0, 1);
+  std::string text = world.episode().demonstration_text;
+  const std::string head = "steps:\n";
+  text.insert(text.find(head) + head.size(), "  - gripper: close\n");
+  const RunReport report = run_script(world, parse_script(text, "user.yaml"),
+                                      [](const SceneState&) { return Observation{}; }, {}, {});
+  ASSERT_TRUE(report.success) << report.reason;
+  const Box own = world.task().bounds();
+  EXPECT_FALSE(own.contains(report.demo->keyframes.front().action.world_from_tool.position));
+  EXPECT_TRUE(report.demo->bounds.contains(report.demo->keyframes.front().action.world_from_tool.position));
+  EXPECT_EQ(report.demo->bounds.min.z(), own.min.z()) << "no farther than it must";
+}
+
 TEST(Record, WhatHasLeftTheWorkspaceIsNamed) {
   World world(task("insert_onto_square_peg"));
   world.reset(0, 1);
