@@ -19,13 +19,14 @@ std::string where_outside(const Box& bounds, const Eigen::Vector3d& position, st
   return text;
 }
 
-void count_keyframes(const Demo& demo, const std::vector<bool>& done, TaskCheck& sum) {
+/// `bounds` are the task's own: a demonstration's are widened to what it did.
+void count_keyframes(const Demo& demo, const Box& bounds, const std::vector<bool>& done, TaskCheck& sum) {
   sum.keyframes += static_cast<double>(demo.keyframes.size());
   for (std::size_t k = 0; k < demo.keyframes.size(); ++k) {
     const Eigen::Vector3d& position = demo.keyframes[k].action.world_from_tool.position;
     ++sum.keyframes_seen;
-    if (!demo.bounds.contains(position))
-      sum.outside.push_back({demo.info.variation, demo.info.seed, where_outside(demo.bounds, position, k)});
+    if (!bounds.contains(position))
+      sum.outside.push_back({demo.info.variation, demo.info.seed, where_outside(bounds, position, k)});
   }
   if (demo.keyframes.size() < 2) return;
   const auto cut = static_cast<std::size_t>(demo.keyframes[demo.keyframes.size() - 2].frame);
@@ -84,7 +85,7 @@ TaskCheck check_task(const std::shared_ptr<const Task>& task, int runs, std::uin
     }
     ++sum.successes;
     ++one.successes;
-    count_keyframes(*report.demo, done, sum);
+    count_keyframes(*report.demo, task->bounds(), done, sum);
   }
   if (sum.successes > 0) sum.keyframes /= sum.successes;
   return sum;
