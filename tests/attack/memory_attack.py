@@ -16,13 +16,15 @@ def train(server, seconds, preset):
 
 
 def some_work(server, chance):
-    kind = chance.choice(["cloud", "png", "strip", "mp4", "predict", "reset", "script", "state", "snapshot"])
+    kind = chance.choice(["cloud", "png", "strip", "mp4", "predict", "reset", "script", "state", "snapshot", "train"])
     if kind in ("reset", "script"):
         server.call("POST", "/api/v1/reset", {"task": "push_buttons", "seed": chance.randrange(3)})
     if kind == "script":
         server.job(server.call("POST", "/api/v1/script", {})[1]["job"])
     elif kind == "predict":
         server.call("POST", "/api/v1/predict", {"samples": chance.randint(1, 4)})
+    elif kind == "train":
+        train(server, chance.uniform(0.5, 3), "desk")
     elif kind == "state":
         server.call("GET", "/api/v1/state")
     elif kind == "snapshot":
@@ -50,8 +52,11 @@ def attack(program, long):
     with Server(program) as server:
         fresh = at_rest_mb(server)
         print(f"a fresh server: {fresh:.0f} MB", flush=True)
-        for _ in range(20 if long else 3):
-            server.job(server.call("POST", "/api/v1/script", {"record": True})[1]["job"])
+        saved = 0
+        for seed in range(20 if long else 3):
+            server.call("POST", "/api/v1/reset", {"task": "push_buttons", "seed": seed})
+            saved += server.job(server.call("POST", "/api/v1/script", {"record": True})[1]["job"])["state"] == "done"
+        check(saved == (20 if long else 3), f"{saved} recorded")
         train(server, 240 if long else 8, "desk")
         for _ in range(10):
             server.call("POST", "/api/v1/predict", {})
