@@ -145,7 +145,7 @@ RawScene read_urdf(const SceneCall& call, SceneFiles& files) {
   }
   raw.model = files.compile(opened.text, raw.source);
   raw.mjcf = dressed_urdf(mjcf_of_last_loaded(raw.model.get()), opened.skins);
-  raw.mimics = read_mimics(read_text(call.scene), call.scene);
+  raw.mimics = read_mimics(raw.source);
   if (!raw.mimics.empty()) raw.mjcf = with_couplings(raw.mjcf, raw.model.get(), raw.mimics);
   // Its pictures and couplings are part of what it is.
   if (!opened.skins.empty() || !raw.mimics.empty()) raw.model = files.compile({raw.mjcf, {}}, raw.source);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "recorder/script.h"
 #include "recorder/xml_tree.h"
 
 namespace flowscope {
@@ -14,9 +13,10 @@ namespace {
 
 class MimicReader {
  public:
-  MimicReader(const std::string& urdf, std::string file) : text_(urdf), file_(std::move(file)) {}
+  explicit MimicReader(const SceneSource& urdf) : urdf_(urdf) {}
 
-  std::vector<JointCoupling> read(const XmlElement& robot) {
+  std::vector<JointCoupling> read() {
+    const XmlElement& robot = urdf_.root;
     for (const auto& joint : robot.children) {
       if (joint.tag != "joint") continue;
       for (const auto& child : joint.children) {
@@ -30,19 +30,15 @@ class MimicReader {
 
  private:
   [[noreturn]] void fail(const std::string& joint, const std::string& message) const {
-    throw BadScript(file_ + ":" + std::to_string(line_of(joint)) + ": joint '" + joint + "' " + message);
+    throw SceneError(urdf_.place(place_of(joint)) + ": joint '" + joint + "' " + message);
   }
-  /// Of the joint's <mimic>, or of the joint.
-  std::ptrdiff_t line_of(const std::string& joint) const {
-    for (auto at = text_.find("<joint"); at != std::string::npos; at = text_.find("<joint", at + 1)) {
-      const std::string head = text_.substr(at, text_.find('>', at) - at);
-      const auto named = [&](char quote) { return head.find(quote + joint + quote) != std::string::npos; };
-      if (!named('"') && !named('\'')) continue;
-      const auto end = text_.find("</joint", at), mimic = text_.find("<mimic", at);
-      const auto place = mimic < end ? mimic : at;
-      return 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(place), '\n');
+  XmlPlace place_of(const std::string& name) const {
+    for (const auto& joint : urdf_.root.children) {
+      if (joint.tag != "joint" || joint.get("name") != name) continue;
+      const auto mimic = std::ranges::find(joint.children, "mimic", &XmlElement::tag);
+      return mimic == joint.children.end() ? joint.place : mimic->place;
     }
-    return 1;
+    return urdf_.root.place;
   }
 
   JointCoupling coupling(const XmlElement& joint, const XmlElement& mimic) const {
@@ -86,8 +82,7 @@ class MimicReader {
     }
   }
 
-  const std::string& text_;
-  std::string file_;
+  const SceneSource& urdf_;
   std::vector<JointCoupling> couplings_;
 };
 
@@ -100,15 +95,7 @@ std::string number(double value) {
 
 }  // namespace
 
-std::vector<JointCoupling> read_mimics(const std::string& urdf, const std::filesystem::path& file) {
-  XmlElement robot;
-  try {
-    robot = parse_xml(urdf);
-  } catch (const std::runtime_error&) {
-    return {};
-  }
-  return MimicReader(urdf, file.string()).read(robot);
-}
+std::vector<JointCoupling> read_mimics(const SceneSource& urdf) { return MimicReader(urdf).read(); }
 
 std::string with_couplings(const std::string& mjcf, const mjModel* model,
                            const std::vector<JointCoupling>& couplings) {

@@ -1,9 +1,10 @@
 // URDF's <mimic>: joints that follow others. MuJoCo passes over it.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
+
+#include "recorder/scene_source.h"
 
 struct mjModel_;
 
@@ -15,9 +16,9 @@ struct JointCoupling {
   double multiplier = 1, offset = 0;
 };
 
-/// In the order of the text; none in a text that is no XML. Throws BadScript "<file>:<line>: …" for numbers
+/// In the order of the text. Throws SceneError "<file>:<line>: …" for numbers
 /// that are none, for a leader that the URDF has not, and for joints that follow each other in a circle.
-std::vector<JointCoupling> read_mimics(const std::string& urdf, const std::filesystem::path& file);
+std::vector<JointCoupling> read_mimics(const SceneSource& urdf);
 
 /// The MJCF with an equality constraint for each. Couplings of joints that `model`, which it is of, lacks
 /// (those of fixed joints) are left out.
